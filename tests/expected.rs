@@ -192,10 +192,17 @@ impl Sensor {
         loads.concat()
     }
 
-    fn case(&mut self) -> Vec<f64> {
-        let n_axes = self.n_axes;
-        let share = |dice: &mut Dice| [1.0, 1.0, 0.3, 0.0][dice.below(4)] * dice.between(-1.0, 1.0);
-        (0..n_axes).map(|_| share(&mut self.dice)).collect()
+    /// Returns one of `n` different load cases. The loads of a single axis are evenly spread.
+    fn case(&mut self, at: usize, n: usize) -> Vec<f64> {
+        if self.n_axes == 1 {
+            let place = (7 * at % n) as f64 + self.dice.between(0.2, 0.8);
+            return vec![2.0 * place / n as f64 - 1.0];
+        }
+        let load = |axis: usize| {
+            let share = [1.0, 1.0, 0.3, if axis == 0 { 0.3 } else { 0.0 }][self.dice.below(4)];
+            share * self.dice.between(-1.0, 1.0)
+        };
+        (0..self.n_axes).map(load).collect()
     }
 
     /// Returns the gauges of one recording under these loads. In a table, only curvature and noise matter.
@@ -244,7 +251,7 @@ impl Sensor {
         (0..n)
             .map(|at| {
                 let is_table = kind == Kind::Table;
-                let loads = if is_table { self.case() } else { self.programme(kind) };
+                let loads = if is_table { self.case(at, n) } else { self.programme(kind) };
                 let gauges = self.gauges(&loads, is_table);
                 let time = |k: usize| if is_table { at as f64 } else { k as f64 / RATE_HZ };
                 let recording = Recording::new(

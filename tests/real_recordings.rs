@@ -360,7 +360,7 @@ fn loop_figures_of_real_recordings_hardly_depend_on_the_reversal_threshold() {
         let usual = table_of(&request);
         let row = |table: &Metrology| {
             let mut rows = table.rows.iter();
-            rows.find(|row| row.definition.id == "hysteresis_mean_width").unwrap().clone()
+            rows.find(|row| row.definition.id == "loop_area").unwrap().clone()
         };
         for factor in [0.5, 2.0] {
             let mut request = request.clone();

@@ -115,9 +115,7 @@ fn static_loads_give_reasons_for_loops_and_dwells_and_figures_for_the_rest() {
         let cells = row["cells"].as_array().unwrap().iter();
         cells.map(|cell| cell["conventional"].clone()).collect()
     };
-    for id in
-        ["hysteresis", "hysteresis_mean_width", "nonlinearity_terminal", "zero_return", "creep"]
-    {
+    for id in ["hysteresis", "loop_area", "nonlinearity_terminal", "zero_return", "creep"] {
         for figure in figures(id) {
             let reason = figure["reason"].as_str().unwrap();
             assert!(

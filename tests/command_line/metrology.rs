@@ -187,9 +187,11 @@ fn without_files_the_built_in_sensor_is_measured_on_its_test_recordings() {
             ["time_lag", "hysteresis_without_lag"].contains(&row["id"].as_str().unwrap());
         let is_there =
             figure["reason"].is_null() || reason.contains("is the loaded axis") || is_of_lag;
+        // The recordings have no temperature.
+        let is_there = is_there || row["id"].as_str().unwrap().starts_with("temperature_");
         assert!(is_there, "{}: {reason}", row["id"]);
     });
-    for id in ["hysteresis", "hysteresis_mean_width"] {
+    for id in ["hysteresis", "loop_area"] {
         for cell in row(&report, id)["cells"].as_array().unwrap() {
             let of = |output: &str| cell[output]["value"].as_f64().unwrap();
             assert!(of("compensated") < of("conventional"), "{id} {}", cell["axis"]);

@@ -13,7 +13,7 @@ STEPS = 101
 FULL = 0.8
 FEWEST, MOST = 3, 0.5
 ALIKE = 0.05
-QUIET, WIDEST = 0.02, 12
+QUIET, QUIET_PATH, WIDEST = 0.02, 0.05, 12
 
 
 def reversal_threshold(recordings):
@@ -67,12 +67,6 @@ class Branch:
         knots = np.vstack([[self.low, y[first]], inner, [self.high, y[last]]])
         return np.interp(loads, knots[:, 0], knots[:, 1])
 
-    def ends(self, output):
-        """Returns the ends of the branch, extrapolated from the two outer averages at each end."""
-        a = self.averages(output)
-        carry = lambda load, p, q: p[1] + (q[1] - p[1]) * (load - p[0]) / (q[0] - p[0])
-        return np.array([[self.low, carry(self.low, a[0], a[1])], [self.high, carry(self.high, a[-1], a[-2])]])
-
 
 def cycles_of(recording, x, outputs, band):
     """Returns three lists by rainflow: closed cycles with paired half cycles, closed cycles with all neighbouring half cycles, and the half
@@ -124,20 +118,44 @@ def widths(cycle, loads, output):
     return falling.at(loads, output) - rising.at(loads, output)
 
 
-def quiet(widths):
-    """Returns the absolute widths, smoothed by straight lines through neighbours. The number of neighbours is the smallest that reduces twice
-    the noise to a fiftieth of the largest width."""
-    bends = np.sort(np.abs(np.diff(widths, 2)))
+def quiet(values, share=QUIET):
+    """Returns the values, smoothed by straight lines through neighbours, and the noise that is left at the ends. The number of neighbours is
+    the smallest that reduces twice the noise to this share of the largest value."""
+    bends = np.sort(np.abs(np.diff(values, 2)))
     noise = bends[len(bends) // 2] / 0.6745 / np.sqrt(6.0)
     for half in range(WIDEST + 1):
         own = []
-        for k in range(STEPS):
-            near = np.arange(max(k - half, 0), min(k + half + 1, STEPS))
-            slope, offset = np.polyfit(near - k, widths[near], 1) if half else (0.0, widths[k])
-            own.append(abs(offset))
-        if 2.0 * noise / np.sqrt(2 * half + 1) <= QUIET * max(own):
+        for k in range(len(values)):
+            near = np.arange(max(k - half, 0), min(k + half + 1, len(values)))
+            slope, offset = np.polyfit(near - k, values[near], 1) if half else (0.0, values[k])
+            own.append(offset)
+        if 2.0 * noise / np.sqrt(2 * half + 1) <= share * np.abs(own).max():
             break
-    return np.array(own)
+    return np.array(own), noise * np.sqrt(4.0 / (half + 4.0))
+
+
+def above_noise(size, noise):
+    """Returns the size without the noise; None for less than three standard deviations of the noise."""
+    return None if size <= 3.0 * noise else float(np.sqrt(size**2 - noise**2))
+
+
+def shared(branches, output):
+    """Returns the loads of the first branch's averages that lie between the outer averages of all branches."""
+    averages = [branch.averages(output)[:, 0] for branch in branches]
+    loads = averages[0]
+    return loads[(loads >= max(own[0] for own in averages)) & (loads <= min(own[-1] for own in averages))]
+
+
+def path(branches, output):
+    """Returns the points of the mean of branches with one direction, smoothed around their best-fit line, and their noise."""
+    loads, (low, high) = shared(branches, output), common(branches)
+    mean = np.mean([branch.at(loads, output) for branch in branches], axis=0)
+    line = np.polyval(np.polyfit(loads, mean, 1), loads)
+    off, noise = quiet(mean - line, QUIET_PATH)
+    points = np.column_stack([loads, line + off])
+    carry = lambda load, p, q: [load, p[1] + (q[1] - p[1]) * (load - p[0]) / (q[0] - p[0])]
+    ends = carry(low, points[0], points[1]), carry(high, points[-1], points[-2])
+    return np.vstack([ends[0], points, ends[1]]), noise
 
 
 def figures(recordings, outputs, others, full_scales):
@@ -154,53 +172,62 @@ def figures(recordings, outputs, others, full_scales):
     starts = lambda cycle: (cycle[0].recording, cycle[0].own[0])
     largest = max(sorted(neighbours, key=starts), key=span)
     full = [cycle for cycle in cycles if most_of(common(cycle), common(largest))]
-    rising = next(branch for branch in largest if branch.rising)
-    falling = next(branch for branch in largest if not branch.rising)
 
     def both(name, figure):
-        found[name] = [float(figure(output)) for output in range(2)]
+        values = [figure(output) for output in range(2)]
+        found[name] = [None if value is None else float(value) for value in values]
 
-    both("hysteresis", lambda o: quiet(widths(largest, np.linspace(*common(largest), STEPS), o)).max())
+    both("hysteresis", lambda o: np.abs(quiet(widths(largest, np.linspace(*common(largest), STEPS), o))[0]).max())
     low, high = max((common(c)[0] for c in full), default=0), min((common(c)[1] for c in full), default=0)
+
+    averaged = sorted(full, key=starts)
+    if len(full) < FEWEST or high - low <= MOST * np.ptp(every):
+        averaged, (low, high) = [largest], common(largest)
 
     def mean_widths(output):
         """Returns the widths of the mean loop. Each loop is interpolated on its own 101 loads, and then on the 101 loads of the mean loop."""
         loads, total = np.linspace(low, high, STEPS), 0.0
-        for cycle in full:
+        for cycle in averaged:
             own = np.linspace(*common(cycle), STEPS)
             total = total + np.interp(loads, own, widths(cycle, own, output))
-        return quiet(total / len(full))
+        return np.abs(quiet(total / len(averaged))[0])
 
-    if len(full) >= FEWEST and high - low > MOST * np.ptp(every):
+    found["hysteresis_mean_loop"] = [None, None]
+    if len(averaged) > 1:
         both("hysteresis_mean_loop", lambda o: mean_widths(o).max())
-        both("hysteresis_mean_width", lambda o: np.trapezoid(mean_widths(o), dx=1.0 / (STEPS - 1)))
-    else:
-        found["hysteresis_mean_loop"] = found["hysteresis_mean_width"] = [None, None]
+    both("loop_area", lambda o: np.trapezoid(mean_widths(o), dx=(high - low) / (STEPS - 1)))
 
-    def terminal(points, output):
-        (x0, y0), (x1, y1) = rising.ends(output)
+    def way(rising, output):
+        return path([branch for cycle in averaged for branch in cycle if branch.rising == rising], output)
+
+    def off_line(points, ends):
+        (x0, y0), (x1, y1) = ends[0], ends[-1]
         return np.abs(points[:, 1] - y0 - (y1 - y0) / (x1 - x0) * (points[:, 0] - x0)).max()
 
+    def terminal(output):
+        points, noise = way(True, output)
+        return above_noise(off_line(points, points), noise)
+
     def best_fit(output):
-        points = rising.averages(output)
+        points, noise = way(True, output)
         slope, offset = np.polyfit(points[:, 0], points[:, 1], 1)
-        points = np.vstack([points, rising.ends(output)])
-        return np.abs(points[:, 1] - slope * points[:, 0] - offset).max()
+        return above_noise(np.abs(points[:, 1] - slope * points[:, 0] - offset).max(), noise)
 
     def combined(output):
-        points = falling.averages(output)
-        inside = (points[:, 0] >= common(largest)[0]) & (points[:, 0] <= common(largest)[1])
-        return terminal(np.vstack([rising.averages(output), points[inside]]), output)
+        (rising, one), (falling, other) = way(True, output), way(False, output)
+        inside = (falling[:, 0] >= low) & (falling[:, 0] <= high)
+        return above_noise(off_line(np.vstack([rising, falling[inside]]), rising), np.hypot(one, other))
 
-    both("nonlinearity_terminal", lambda o: terminal(rising.averages(o), o))
+    both("nonlinearity_terminal", terminal)
     both("nonlinearity_best_fit", best_fit)
     both("combined_error", combined)
 
     def apart(branches, values):
-        """Returns the largest difference, at equal load, between the values of branches with the same direction."""
-        loads = np.linspace(*common(branches), STEPS)
+        """Returns the differences of branches with the same direction from their mean, at equal loads."""
         curves = [Branch(b.recording, recordings[b.recording], [values[b.recording]], b.own, b.rising) for b in branches]
-        return np.ptp([curve.at(loads, 0) for curve in curves], axis=0).max()
+        loads = shared(curves, 0)
+        found = np.array([curve.at(loads, 0) for curve in curves])
+        return found - found.mean(axis=0)
 
     def spread(output):
         worst = None
@@ -226,13 +253,16 @@ def figures(recordings, outputs, others, full_scales):
                     continue
                 ways = [[b for b in same if b.rising == way] for way in (True, False)]
                 differ = [
-                    apart(way, [own[:, k] for own in others]) > ALIKE * full_scale
+                    np.ptp(apart(way, [own[:, k] for own in others]), axis=0).max() > ALIKE * full_scale
                     for k, full_scale in enumerate(full_scales)
                     for way in ways
                 ]
                 if not any(differ):
-                    here = max(apart(way, outputs[output]) for way in ways)
-                    worst = here if worst is None else max(worst, here)
+                    smooth = [[quiet(own, QUIET_PATH) for own in apart(way, outputs[output])] for way in ways]
+                    sizes = [(np.ptp([own for own, _ in way], axis=0).max(), max(left for _, left in way)) for way in smooth]
+                    size, left = max(sizes)
+                    here = above_noise(size, 2.0 * left)
+                    worst = max(worst or 0.0, here) if here else worst
         return worst
 
     spreads = [spread(output) for output in range(2)]

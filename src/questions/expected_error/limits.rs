@@ -20,7 +20,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limited {
-    /// Load error within which 95 % of the held-out errors lie.
+    /// Load error within which 95 % of the errors on further recordings should lie.
     ExpectedError,
     /// Root mean squared error of cross-validation or of the test recordings, whichever is larger.
     Rmse,

@@ -36,7 +36,16 @@ fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
     loads.dedup();
     let few = Reason::TooFewLoads { axis: view.axis, found: loads.len() };
     let line = Line::best_fit(&points).filter(|_| loads.len() >= FEWEST_LOADS).ok_or(few)?;
-    Ok(Value::everywhere(line.largest_deviation(points.iter())))
+    // Noise of a mean, from the repeated rows; without repeated rows it is unknown.
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for (rows, (_, mean)) in cases.iter().zip(&points) {
+        let off = rows.iter().map(|row| run.outputs[output][*row] - mean);
+        squares += off.map(|off| off * off).sum::<f64>();
+        freedom += rows.len() as f64 - 1.0;
+    }
+    let rows_per_case = run.loads.len() as f64 / cases.len() as f64;
+    let noise = if freedom > 0.0 { (squares / freedom / rows_per_case).sqrt() } else { 0.0 };
+    view.above_noise(line.largest_deviation(points.iter()), noise, None)
 }
 
 /// Returns the largest difference between the errors of repeated measurements of one load case.

@@ -11,7 +11,7 @@ use crate::{
         quantity::{Definition, Quantity},
         reason::Reason,
     },
-    recording::{Axis, Recording},
+    recording::{AuxiliaryTable, Axis, Recording},
     scoring::lag::LagRun,
 };
 
@@ -38,6 +38,8 @@ pub struct Run<'a> {
     pub conventional: &'a [f64],
     /// Compensated load of each sample (N or N·m).
     pub compensated: &'a [f64],
+    /// Auxiliary channels, such as a temperature.
+    pub auxiliary: Option<&'a AuxiliaryTable>,
     /// True if the samples are load cases without times.
     pub is_static: bool,
 }
@@ -53,6 +55,7 @@ impl<'a> Run<'a> {
             reference: recording.loads(),
             conventional: &applied.conventional,
             compensated: &applied.compensated,
+            auxiliary: Some(recording.auxiliary()),
             is_static: recording.is_static(),
         }
     }
@@ -115,6 +118,8 @@ pub struct Value {
     pub percent_fs: Option<f64>,
     /// Interval of a recording that the figure comes from; `None` for a figure of all samples.
     pub place: Option<Place>,
+    /// Standard uncertainty of the value by noise, in its unit; `None` if it was not measured.
+    pub uncertainty: Option<f64>,
     /// Load cycles from which the figure is computed; `None` for a figure that does not come from loops.
     pub basis: Option<Basis>,
 }
@@ -127,7 +132,7 @@ impl Value {
 
     /// Returns a figure that was computed from an interval of a recording, still without its percentage of full scale.
     pub(crate) fn at(value: f64, place: Option<Place>) -> Self {
-        Self { value, percent_fs: None, place, basis: None }
+        Self { value, percent_fs: None, place, uncertainty: None, basis: None }
     }
 }
 
@@ -191,11 +196,15 @@ pub struct Metrology {
 }
 
 impl Metrology {
-    /// Returns the rows that tables show: those with a figure of at least one axis. If no row has a figure, all rows are
+    /// Returns the rows that tables show: those with a figure of at least one axis, or with one below noise. If no row has a figure, all rows are
     /// returned, so that the tables show the reasons. Files contain all rows, with the reasons.
     pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
         let has_figure = |row: &Row| {
-            row.cells.iter().any(|cell| cell.conventional.is_ok() || cell.compensated.is_ok())
+            row.cells.iter().any(|cell| {
+                [&cell.conventional, &cell.compensated]
+                    .into_iter()
+                    .any(|figure| matches!(figure, Ok(_) | Err(Reason::BelowNoise { .. })))
+            })
         };
         let is_empty = !self.rows.iter().any(has_figure);
         self.rows.iter().filter(move |row| is_empty || has_figure(row))
@@ -217,7 +226,7 @@ impl Metrology {
 
 pub(crate) type Result<T> = std::result::Result<T, Reason>;
 
-/// Serialises `value`, `percent_fs`, `place`, `basis` and `reason` of a figure. Missing fields are null.
+/// Serialises `value`, `percent_fs`, `uncertainty`, `place`, `basis` and `reason` of a figure. Missing fields are null.
 pub(crate) fn figure<S: Serializer>(
     figure: &Figure,
     serializer: S,
@@ -226,6 +235,7 @@ pub(crate) fn figure<S: Serializer>(
     struct Written<'a> {
         value: Option<f64>,
         percent_fs: Option<f64>,
+        uncertainty: Option<f64>,
         place: Option<&'a Place>,
         basis: Option<Basis>,
         reason: Option<String>,
@@ -234,6 +244,7 @@ pub(crate) fn figure<S: Serializer>(
     Written {
         value: value.map(|value| value.value),
         percent_fs: value.and_then(|value| value.percent_fs),
+        uncertainty: value.and_then(|value| value.uncertainty),
         place: value.and_then(|value| value.place.as_ref()),
         basis: value.and_then(|value| value.basis),
         reason: figure.as_ref().err().map(Reason::to_string),

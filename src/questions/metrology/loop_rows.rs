@@ -1,4 +1,4 @@
-//! Metrology rows from loops: hysteresis, nonlinearity, combined error, repeatability, and the time lag in the loops.
+//! Metrology rows from loops: hysteresis, loop area, nonlinearity, combined error, repeatability, and the time lag in the loops.
 
 use crate::{
     min_max::MinMax,
@@ -7,13 +7,13 @@ use crate::{
         measured::{AxisRun, AxisView, Lags},
         quantity::Quantity,
         reason::Reason,
+        steps::readings,
     },
     recording::Axis,
     scoring::{
         lag::{WORTH_REMOVING, widths},
         loops::{
-            Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads,
-            even_loads,
+            Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads, quiet,
         },
     },
 };
@@ -23,6 +23,8 @@ pub(crate) const FEWEST_LOADS: usize = 3;
 /// Largest difference at which cycles count as repeated: between their reversals, as a share of the largest cycle's span, and
 /// between the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
+/// Two standard deviations of the noise of a smoothed branch, as a share of its largest deviation.
+const NOISE: f64 = 0.05;
 /// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
 
@@ -38,14 +40,15 @@ impl<'a> LoopRows<'a> {
     }
 
     pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
-        let [largest_width, mean_width] = self.mean_loop(output);
+        let largest = self.cycles.largest.as_ref().map(std::slice::from_ref);
+        let mean = self.cycles.mean.as_deref().map_err(Clone::clone);
+        let width = Loop::largest_width;
         let [terminal, best_fit] =
-            [Line::through_ends, |curve: &Curve| Line::best_fit(curve.averages())]
-                .map(|line| self.nonlinearity(output, line));
+            [Line::through_ends, Line::best_fit].map(|line| self.nonlinearity(output, line));
         vec![
-            (Quantity::Hysteresis, self.hysteresis(output)),
-            (Quantity::MeanLoopHysteresis, largest_width),
-            (Quantity::MeanWidth, mean_width),
+            (Quantity::Hysteresis, self.of_loop(largest.map_err(Clone::clone), output, width)),
+            (Quantity::MeanLoopHysteresis, self.of_loop(mean, output, width)),
+            (Quantity::LoopArea, self.of_loop(self.averaged(), output, Loop::area)),
             (Quantity::TerminalNonlinearity, terminal),
             (Quantity::BestFitNonlinearity, best_fit),
             (Quantity::CombinedError, self.combined_error(output)),
@@ -59,90 +62,124 @@ impl<'a> LoopRows<'a> {
         Some(cycle.loads().share_of(self.cycles.range))
     }
 
-    fn found(&self, size: f64, place: Option<Place>, n_cycles: usize, loads: MinMax) -> Value {
+    fn basis(&self, found: Value, n_cycles: usize, loads: MinMax) -> Value {
         let basis = Basis { n_cycles, range_share: loads.share_of(self.cycles.range) };
-        Value { basis: Some(basis), ..Value::at(size, place) }
+        Value { basis: Some(basis), ..found }
     }
 
-    fn curve(&self, recording: usize, branch: &Branch, output: usize) -> Curve {
-        let run = &self.view.runs[recording];
-        Curve::of(branch, run.loads, |k| run.outputs[output][k])
+    /// Returns the output along a branch, and on a staircase the noise of one reading.
+    fn curve(&self, run: &AxisRun<'_>, branch: &Branch, output: usize) -> (Curve, Option<f64>) {
+        let outputs = &run.outputs[output];
+        match readings(self.view, run, branch, outputs) {
+            Some((readings, noise)) => (Curve::through(readings), Some(noise)),
+            None => (Curve::of(branch, run.loads, |k| outputs[k]), None),
+        }
     }
 
-    fn cycle_loop(&self, cycle: &Cycle, output: usize) -> Loop {
-        let run = &self.view.runs[cycle.recording];
-        Loop::of(cycle, run.loads, |k| run.outputs[output][k])
+    /// Returns the cycles that are averaged: those of the mean loop, or without a mean loop the largest cycle.
+    fn averaged(&self) -> Result<&[Cycle]> {
+        let largest = self.cycles.largest.as_ref().map_err(Clone::clone)?;
+        Ok(self.cycles.mean.as_ref().map_or(std::slice::from_ref(largest), |cycles| cycles))
     }
 
-    fn largest(&self) -> Result<&Cycle> {
-        self.cycles.largest.as_ref().map_err(Clone::clone)
-    }
-
-    fn hysteresis(&self, output: usize) -> Figure {
-        let cycle = self.largest()?;
-        let width = self.cycle_loop(cycle, output).largest_width();
-        Ok(self.of_cycle(width, cycle))
-    }
-
-    fn of_cycle(&self, size: f64, cycle: &Cycle) -> Value {
+    /// Returns the interval of the only cycle; `None` if several cycles are averaged.
+    fn place(&self, cycles: &[Cycle]) -> Option<Place> {
+        let [cycle] = cycles else { return None };
         let samples = cycle.first.samples.start..cycle.second.samples.end;
-        let place = self.view.runs[cycle.recording].place(samples);
-        self.found(size, Some(place), 1, cycle.loads())
+        Some(self.view.runs[cycle.recording].place(samples))
     }
 
-    fn mean_loop(&self, output: usize) -> [Figure; 2] {
-        let axis = self.view.axis;
-        let mean = self.cycles.mean.as_ref().map_err(Clone::clone);
-        let mean = mean.and_then(|cycles| {
-            let loops = cycles.iter().map(|cycle| self.cycle_loop(cycle, output));
-            let mean = Loop::mean(&loops.collect::<Vec<_>>());
-            let mean = mean.ok_or(Reason::Overflow { axis })?;
-            Ok((mean, cycles.len(), common_loads(cycles)))
+    /// Returns the mean loop of cycles.
+    fn mean_loop(&self, cycles: &[Cycle], output: usize) -> Result<Loop> {
+        let loops = cycles.iter().map(|cycle| {
+            let run = &self.view.runs[cycle.recording];
+            Loop::of(cycle, run.loads, |k| run.outputs[output][k])
         });
-        [Loop::largest_width, Loop::mean_width].map(|width| {
-            let (mean, n_cycles, loads) = mean.as_ref().map_err(Clone::clone)?;
-            Ok(self.found(width(mean), None, *n_cycles, *loads))
-        })
+        let axis = self.view.axis;
+        Loop::mean(&loops.collect::<Vec<_>>()).ok_or(Reason::Overflow { axis })
     }
 
-    /// Returns the rising branch of the largest cycle, with the index of its recording. Without a cycle, the widest rising
-    /// branch is used.
-    fn rising(&self) -> Result<(usize, &Branch)> {
-        match &self.cycles.largest {
-            Ok(cycle) => Ok((cycle.recording, cycle.rising())),
-            Err(no_cycle @ Reason::ConstantLoad { .. }) => Err(no_cycle.clone()),
+    fn of_loop(&self, cycles: Result<&[Cycle]>, output: usize, size: fn(&Loop) -> f64) -> Figure {
+        let cycles = cycles?;
+        let found = Value::at(size(&self.mean_loop(cycles, output)?), self.place(cycles));
+        Ok(self.basis(found, cycles.len(), common_loads(cycles)))
+    }
+
+    /// Returns the mean of these branches, which have one direction.
+    fn path(&self, branches: &[(usize, &Branch)], output: usize) -> Result<Path> {
+        let curves: Vec<(Curve, Option<f64>)> = (branches.iter())
+            .map(|(recording, branch)| self.curve(&self.view.runs[*recording], branch, output))
+            .collect();
+        let common = MinMax::common(branches.iter().map(|(_, branch)| branch.loads));
+        let mean = |load: f64| {
+            let sum: f64 = curves.iter().map(|(curve, _)| curve.at(load)).sum();
+            (load, sum / curves.len() as f64)
+        };
+        let points: Vec<(f64, f64)> = shared_loads(&curves).map(mean).collect();
+        let (axis, found) = (self.view.axis, points.len());
+        let line = Line::best_fit(&points).filter(|_| found >= FEWEST_LOADS);
+        let line = line.ok_or(Reason::TooFewLoads { axis, found })?;
+        if let Some(noise) = curves[0].1 {
+            // A line through two points has half the variance of a point between them.
+            let noise = noise * (1.5 / curves.len() as f64).sqrt();
+            return Ok(Path { points, noise, common });
+        }
+        let off: Vec<f64> = points.iter().map(|point| line.deviation(point)).collect();
+        let (off, noise) = quiet(&off, NOISE);
+        let smooth = points.iter().zip(off).map(|((load, _), off)| (*load, line.at(*load) + off));
+        let mut points: Vec<(f64, f64)> = smooth.collect();
+        // The averages of the outermost hundredths are carried on to the ends of the branches.
+        let [(first, second), (last, before)] =
+            [(points[0], points[1]), (points[found - 1], points[found - 2])];
+        points.insert(0, carried(common.min, first, second));
+        points.push(carried(common.max, last, before));
+        Ok(Path { points, noise, common })
+    }
+
+    /// Returns the rising branches of the averaged cycles, with the indices of their recordings. Without a cycle, the widest
+    /// rising branch is used.
+    fn rising(&self) -> Result<Vec<(usize, &Branch)>> {
+        match self.averaged() {
+            Ok(cycles) => {
+                Ok(cycles.iter().map(|cycle| (cycle.recording, cycle.rising())).collect())
+            }
+            Err(no_cycle @ Reason::ConstantLoad { .. }) => Err(no_cycle),
             Err(_) => {
                 let axis = self.view.axis;
-                self.cycles.loops.widest_rising().ok_or(Reason::NoRisingBranch { axis })
+                let widest = self.cycles.loops.widest_rising();
+                Ok(vec![widest.ok_or(Reason::NoRisingBranch { axis })?])
             }
         }
     }
 
-    fn nonlinearity(&self, output: usize, line: fn(&Curve) -> Option<Line>) -> Figure {
-        let (recording, branch) = self.rising()?;
-        let curve = self.curve(recording, branch, output);
-        let line = self.enough(&curve, line)?;
-        let ends = curve.ends();
-        let size = line.largest_deviation(curve.averages().iter().chain(ends.iter().flatten()));
-        let place = self.view.runs[recording].place(branch.samples.clone());
-        Ok(self.found(size, Some(place), 1, branch.loads))
+    fn nonlinearity(&self, output: usize, line: fn(&[(f64, f64)]) -> Option<Line>) -> Figure {
+        let branches = self.rising()?;
+        let path = self.path(&branches, output)?;
+        let place = match branches[..] {
+            [(recording, branch)] => Some(self.view.runs[recording].place(branch.samples.clone())),
+            _ => None,
+        };
+        let line = line(&path.points).ok_or(Reason::Overflow { axis: self.view.axis })?;
+        let size = line.largest_deviation(path.points.iter());
+        let found = self.view.above_noise(size, path.noise, place)?;
+        Ok(self.basis(found, branches.len(), path.common))
     }
 
     fn combined_error(&self, output: usize) -> Figure {
-        let cycle = self.largest()?;
-        let on = |branch| self.curve(cycle.recording, branch, output);
-        let (rising, falling) = (on(cycle.rising()), on(cycle.falling()));
-        let line = self.enough(&rising, Line::through_ends)?;
-        let common = cycle.loads();
-        let falling = falling.averages().iter().filter(|(load, _)| common.contains(*load));
-        let size = line.largest_deviation(rising.averages().iter().chain(falling));
-        Ok(self.of_cycle(size, cycle))
-    }
-
-    fn enough(&self, curve: &Curve, line: fn(&Curve) -> Option<Line>) -> Result<Line> {
-        let found = curve.averages().len();
+        let cycles = self.averaged()?;
+        let on = |branch: fn(&Cycle) -> &Branch| {
+            let branches = cycles.iter().map(|cycle| (cycle.recording, branch(cycle)));
+            self.path(&branches.collect::<Vec<_>>(), output)
+        };
+        let (rising, falling) = (on(Cycle::rising)?, on(Cycle::falling)?);
         let axis = self.view.axis;
-        line(curve).filter(|_| found >= FEWEST_LOADS).ok_or(Reason::TooFewLoads { axis, found })
+        let line = Line::through_ends(&rising.points).ok_or(Reason::Overflow { axis })?;
+        let common = common_loads(cycles);
+        let falling_points = falling.points.iter().filter(|(load, _)| common.contains(*load));
+        let size = line.largest_deviation(rising.points.iter().chain(falling_points));
+        let noise = rising.noise.hypot(falling.noise);
+        let found = self.view.above_noise(size, noise, self.place(cycles))?;
+        Ok(self.basis(found, cycles.len(), common))
     }
 
     /// Returns the repeatability: the largest difference at equal load between branches of the same direction, in repeated
@@ -155,7 +192,7 @@ impl<'a> LoopRows<'a> {
             Err(reason @ Reason::ConstantLoad { .. }) => return Err(reason.clone()),
             Err(_) => return Err(why_not),
         };
-        let mut worst: Option<Value> = None;
+        let mut worst: Option<Figure> = None;
         for run in &self.view.runs {
             // Branches that cover less than half the load range of the largest cycle belong to smaller cycles.
             let mut large = branches(run.loads, 0.5 * span);
@@ -171,17 +208,19 @@ impl<'a> LoopRows<'a> {
                     why_not = Reason::OthersDiffer { axis, other };
                     continue;
                 }
-                let size = spread(&ways, run.loads, &run.outputs[output]);
+                let (size, noise) = spread(&ways, |branch| self.curve(run, branch, output));
                 let [first, .., last] = repeated else { continue };
                 let samples = first.samples.start..last.samples.end;
                 let loads = repeated.iter().map(|one| one.loads).collect();
-                let found = self.found(size, Some(run.place(samples)), repeated.len() / 2, loads);
-                if worst.as_ref().is_none_or(|worst| found.value > worst.value) {
+                let found = self.view.above_noise(size, noise, Some(run.place(samples)));
+                let found = found.map(|found| self.basis(found, repeated.len() / 2, loads));
+                let size = |figure: &Figure| figure.as_ref().map_or(0.0, |found| found.value);
+                if worst.as_ref().is_none_or(|worst| size(&found) > size(worst)) {
                     worst = Some(found);
                 }
             }
         }
-        worst.ok_or(why_not)
+        worst.unwrap_or(Err(why_not))
     }
 
     /// Returns an axis that makes the cycles differ: at equal load of this axis, the load of the other axis differs between
@@ -191,7 +230,9 @@ impl<'a> LoopRows<'a> {
         let axes = measured.axes.iter().zip(measured.full_scale).zip(&run.columns.loads);
         axes.filter(|((axis, full_scale), _)| **axis != self.view.axis && **full_scale > 0.0)
             .find_map(|((axis, full_scale), loads)| {
-                let apart = spread(ways, run.loads, loads.as_ref()?);
+                let loads = loads.as_ref()?;
+                let on = |branch: &Branch| (Curve::of(branch, run.loads, |k| loads[k]), Some(0.0));
+                let (apart, _) = spread(ways, on);
                 (apart > ALIKE * full_scale).then_some(*axis)
             })
     }
@@ -238,21 +279,61 @@ fn repeats(branches: &[Branch], span: f64) -> Vec<&[Branch]> {
     found
 }
 
-/// Returns the largest difference at equal load between branches of the same direction. A difference needs two branches with a
-/// common range of loads.
-fn spread(ways: &[Vec<&Branch>; 2], loads: &[f64], outputs: &[f64]) -> f64 {
+/// Returns the largest difference at equal load between branches of the same direction, and a standard deviation of its noise.
+/// A difference needs two branches with a common range of loads.
+fn spread(ways: &[Vec<&Branch>; 2], curve: impl Fn(&Branch) -> (Curve, Option<f64>)) -> (f64, f64) {
     let of_way = |branches: &Vec<&Branch>| {
         let common = MinMax::common(branches.iter().map(|one| one.loads));
         if branches.len() < 2 || common.span() == 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
-        let curves: Vec<Curve> =
-            branches.iter().map(|branch| Curve::of(branch, loads, |k| outputs[k])).collect();
-        even_loads(common)
-            .map(|load| curves.iter().map(|curve| curve.at(load)).collect::<MinMax>().span())
-            .fold(0.0, f64::max)
+        let curves: Vec<_> = branches.iter().map(|branch| curve(branch)).collect();
+        let mean = |load: f64| {
+            curves.iter().map(|(curve, _)| curve.at(load)).sum::<f64>() / curves.len() as f64
+        };
+        let off: Vec<(Vec<f64>, f64)> = (curves.iter())
+            .map(|(curve, noise)| {
+                let off: Vec<f64> =
+                    shared_loads(&curves).map(|load| curve.at(load) - mean(load)).collect();
+                noise.map_or_else(|| quiet(&off, NOISE), |noise| (off.clone(), noise))
+            })
+            .collect();
+        let n_loads = off[0].0.len();
+        let apart = (0..n_loads).map(|at| off.iter().map(|(off, _)| off[at]).collect::<MinMax>());
+        let noise = off.iter().map(|(_, noise)| *noise).fold(0.0, f64::max);
+        // Of several branches and many loads, the difference with the most noise is taken.
+        (apart.map(MinMax::span).fold(0.0, f64::max), 2.0 * noise)
     };
-    ways.iter().map(of_way).fold(0.0, f64::max)
+    let [rising, falling] = ways.each_ref().map(of_way);
+    if rising.0 > falling.0 { rising } else { falling }
+}
+
+/// Returns the loads of the first curve's averages that lie between the outer averages of all curves. The outer steps of
+/// staircases may differ a little.
+fn shared_loads(curves: &[(Curve, Option<f64>)]) -> impl Iterator<Item = f64> {
+    let range = MinMax::common(curves.iter().map(|(curve, _)| {
+        let averages = curve.averages();
+        MinMax { min: averages[0].0, max: averages[averages.len() - 1].0 }
+    }));
+    let slack = if curves[0].1.is_some() { ALIKE * range.span() } else { 0.0 };
+    let range = MinMax { min: range.min - slack, max: range.max + slack };
+    let loads = curves[0].0.averages().iter().map(|(load, _)| *load);
+    loads.filter(move |load| range.contains(*load))
+}
+
+/// Output as a function of the load along the mean of several branches.
+struct Path {
+    /// Points `(load, output)` with rising loads.
+    points: Vec<(f64, f64)>,
+    /// Standard deviation of the noise of a point.
+    noise: f64,
+    /// Range of loads that all branches cover.
+    common: MinMax,
+}
+
+/// Returns the point at this load on the line through two points.
+fn carried(load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> (f64, f64) {
+    (load, y0 + (y1 - y0) * (load - x0) / (x1 - x0))
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -263,8 +344,8 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn through_ends(curve: &Curve) -> Option<Self> {
-        let [(x0, y0), (x1, y1)] = curve.ends()?;
+    fn through_ends(points: &[(f64, f64)]) -> Option<Self> {
+        let [(x0, y0), .., (x1, y1)] = *points else { return None };
         Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
     }
 
@@ -281,9 +362,15 @@ impl Line {
         &self,
         points: impl Iterator<Item = &'b (f64, f64)>,
     ) -> f64 {
-        points
-            .map(|(x, y)| (y - self.output - self.slope * (x - self.load)).abs())
-            .fold(0.0, f64::max)
+        points.map(|point| self.deviation(point).abs()).fold(0.0, f64::max)
+    }
+
+    fn at(&self, load: f64) -> f64 {
+        self.output + self.slope * (load - self.load)
+    }
+
+    fn deviation(&self, (load, output): &(f64, f64)) -> f64 {
+        output - self.at(*load)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::{
     column::column,
     progress::{Cancelled, Progress},
     questions::metrology::{
-        figures::{OUTPUTS, Place, Run},
+        figures::{Figure, OUTPUTS, Place, Run, Value},
         reason::Reason,
         settings::{MetrologyError, MetrologySettings, Rules, check_per_axis},
     },
@@ -19,6 +19,11 @@ use crate::{
         lag::{Lag, LagEquations, LagRun, NoLag},
     },
 };
+
+/// Size of a figure from which it counts as more than noise, in standard deviations of the noise.
+const SIGNIFICANT: f64 = 3.0;
+/// Smallest noise that can hide a figure, as a share of full scale. Less is rounding.
+const LEAST_NOISE: f64 = 1e-6;
 
 /// Time lag of each axis behind its reference load, for each output.
 pub type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
@@ -82,6 +87,10 @@ pub(crate) struct Measured<'a> {
     pub(crate) reversal_thresholds: Vec<f64>,
     /// Dwells of each recording, in which the loads of all axes with a reference are still.
     pub(crate) holds: Vec<Vec<Hold>>,
+    /// Dwells of any duration of each recording, such as the steps of a staircase.
+    pub(crate) steps: Vec<Vec<Hold>>,
+    /// Largest movement of each axis in a dwell, in its unit.
+    pub(crate) still: Vec<f64>,
 }
 
 impl<'a> Measured<'a> {
@@ -94,18 +103,20 @@ impl<'a> Measured<'a> {
         let all = 0..axes.len();
         let reversal_thresholds = all.clone().map(|at| rules.reversal_threshold(at)).collect();
         let still: Vec<f64> = all.map(|at| rules.still(at)).collect();
-        let holds = (runs.par_iter())
-            .map(|Columns { run, loads }| {
+        let dwells = |shortest_secs: f64| {
+            let of_run = |Columns { run, loads }: &Columns<'_>| {
                 let known = loads.iter().zip(&still);
                 let (loads, bands): (Vec<&[f64]>, Vec<f64>) =
                     known.filter_map(|(loads, band)| Some((loads.as_deref()?, *band))).unzip();
                 if loads.is_empty() || run.is_static {
                     return Vec::new();
                 }
-                holds(run.times, &loads, &bands, settings.hold_secs)
-            })
-            .collect();
-        Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds })
+                holds(run.times, &loads, &bands, shortest_secs)
+            };
+            runs.par_iter().map(of_run).collect()
+        };
+        let (holds, steps) = (dwells(settings.hold_secs), dwells(0.0));
+        Ok(Self { axes, full_scale, settings, runs, reversal_thresholds, holds, steps, still })
     }
 
     /// Returns the recordings with times and a reference for every axis, on which the time lag of an output is measured.
@@ -156,6 +167,7 @@ impl<'a> Measured<'a> {
             measured: self,
             axis,
             full_scale: self.full_scale[at],
+            still: self.still[at],
             reversal_threshold: self.reversal_thresholds[at],
             runs,
         })
@@ -178,6 +190,8 @@ pub(crate) struct AxisView<'a> {
     pub(crate) measured: &'a Measured<'a>,
     pub(crate) axis: Axis,
     pub(crate) full_scale: f64,
+    /// Largest movement of the load in a dwell (N or N·m).
+    pub(crate) still: f64,
     pub(crate) reversal_threshold: f64,
     pub(crate) runs: Vec<AxisRun<'a>>,
 }
@@ -214,6 +228,20 @@ impl AxisRun<'_> {
 }
 
 impl AxisView<'_> {
+    /// Returns a figure without the part of its size that noise with this standard deviation adds.
+    ///
+    /// # Errors
+    /// [`Reason::BelowNoise`] if the noise alone could give this size.
+    pub(crate) fn above_noise(&self, size: f64, noise: f64, place: Option<Place>) -> Figure {
+        let limit = SIGNIFICANT * noise;
+        if size <= limit && limit > LEAST_NOISE * self.full_scale {
+            let percent = (self.full_scale > 0.0).then(|| 100.0 * limit / self.full_scale);
+            return Err(Reason::BelowNoise { axis: self.axis, limit, percent });
+        }
+        let value = (size * size - noise * noise).max(0.0).sqrt();
+        Ok(Value { uncertainty: Some(noise), ..Value::at(value, place) })
+    }
+
     /// Returns the smallest load (N or N·m) at which this axis counts as loaded.
     pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {

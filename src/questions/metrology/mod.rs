@@ -21,12 +21,14 @@ mod case_rows;
 mod crosstalk;
 mod dwell_rows;
 mod figures;
+mod influence_rows;
 mod loop_rows;
 mod measured;
 mod quantity;
 mod reason;
 mod settings;
 pub(crate) mod shown;
+mod steps;
 mod table;
 
 pub(crate) use dwell_rows::{Dwell, dwells};

@@ -12,7 +12,7 @@ use crate::recording::Axis;
 pub enum Quantity {
     Hysteresis,
     MeanLoopHysteresis,
-    MeanWidth,
+    LoopArea,
     TerminalNonlinearity,
     BestFitNonlinearity,
     CombinedError,
@@ -23,6 +23,10 @@ pub enum Quantity {
     Creep,
     CreepTime,
     CreepRecovery,
+    Noise,
+    NoisePeakToPeak,
+    TemperatureZero,
+    TemperatureSpan,
     Crosstalk(Axis),
     Rmse,
     LargestError,
@@ -74,6 +78,16 @@ impl Quantity {
         matches!(self, Self::CreepTime | Self::TimeLag)
     }
 
+    /// Returns the unit of the figures for this axis.
+    pub fn unit(self, axis: Axis) -> &'static str {
+        match self {
+            Self::LoopArea if axis.is_force() => "N²",
+            Self::LoopArea => "(N·m)²",
+            _ if self.is_time() => "s",
+            _ => axis.unit(),
+        }
+    }
+
     pub fn definition(self) -> Definition {
         let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
         let (_, texts) = QUANTITIES.iter().find(is_own).expect("QUANTITIES defines every quantity");
@@ -93,7 +107,7 @@ const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and
 
 /// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
 /// for Fx only.
-const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
+const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
     (
         Quantity::Hysteresis,
         [
@@ -115,12 +129,12 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         ],
     ),
     (
-        Quantity::MeanWidth,
+        Quantity::LoopArea,
         [
-            "hysteresis_mean_width",
-            "Hysteresis, mean width",
-            "mean |falling − rising| of the output at equal load, across the load range of the mean loop",
-            "the loop is that of the row \"Hysteresis, mean loop\"; noise is averaged out as in the row \"Hysteresis\", so noise hardly increases the mean width",
+            "loop_area",
+            "Loop area",
+            "integral of |falling − rising| of the output over the load, across the load range of the mean loop, or without a mean loop of the largest cycle; in percent, relative to the square of full scale",
+            "as for Hysteresis; the area divided by the range of the loads is the mean width",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -129,7 +143,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         [
             "nonlinearity_terminal",
             "Nonlinearity, terminal line",
-            "largest deviation of the rising branch of the largest cycle from the straight line through the two ends of this branch. Each end is the average over the outermost hundredth of the range, extrapolated to the end",
+            "largest deviation of the mean rising branch from the straight line through its two ends, averaged over hundredths of the range and over the cycles of the mean loop (without a mean loop, in the largest cycle). On a staircase, the last third of each step is averaged instead. Elsewhere, the deviation is averaged over neighbours as for Hysteresis. The mean square of the noise is subtracted from the square of the deviation. A deviation below three standard deviations of the noise is \"below noise\"",
             "load-cell makers' glossaries: from no load to rated load, rising only",
             "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and the hysteresis of earlier loads affects its start",
         ],
@@ -139,7 +153,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         [
             "nonlinearity_best_fit",
             "Nonlinearity, best-fit line",
-            "largest deviation of the rising branch of the largest cycle from its least-squares line, with equal weight for every hundredth of its range",
+            "as for Nonlinearity, terminal line, but from the least-squares line, with equal weight for every hundredth of the range, or for every step of a staircase",
             "sensor makers' data sheets (best-fit straight line), rising only",
             "as for Nonlinearity, terminal line",
         ],
@@ -149,7 +163,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         [
             "combined_error",
             "Combined error",
-            "largest deviation of both branches of the largest cycle from the line through the ends of the rising branch",
+            "largest deviation of both mean branches from the line through the ends of the rising branch; noise as for Nonlinearity, terminal line",
             "load-cell makers' glossaries: nonlinearity and hysteresis in one figure",
             "as for Hysteresis and for Nonlinearity, terminal line",
         ],
@@ -159,7 +173,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
+            "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles, without its noise; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
             "load-cell makers' glossaries: same load, same direction, same conditions",
             "the conditions, for example the speed, may differ between the repeated cycles of a recording",
         ],
@@ -228,6 +242,46 @@ const QUANTITIES: [(Quantity, [&str; 5]); 17] = [
         ],
     ),
     (
+        Quantity::Noise,
+        [
+            "noise",
+            "Noise, RMS",
+            "standard deviation of the output's white noise at the sampling rate in the longest dwell: of each value minus the mean of its two neighbours, divided by √1.5. Without a dwell, it is that of the noisiest recording, from the median",
+            "statistics; no standard defines this figure",
+            "",
+        ],
+    ),
+    (
+        Quantity::NoisePeakToPeak,
+        [
+            "noise_peak_to_peak",
+            "Noise, peak to peak",
+            "largest minus smallest of the values from which Noise, RMS is computed, in the longest dwell",
+            "statistics; no standard defines this figure",
+            "a longer dwell has a larger value",
+        ],
+    ),
+    (
+        Quantity::TemperatureZero,
+        [
+            "temperature_zero",
+            "Temperature effect on zero",
+            "change of output − load at zero load for 10 °C, by least squares on the load, the first channel in °C, and their product. Its uncertainty comes from leaving out each tenth of the samples",
+            "OIML R 60-1 and VDI/VDE 2638 (temperature effect on the zero signal)",
+            "the standards wait until the temperature is equal everywhere; a gradient has other effects",
+        ],
+    ),
+    (
+        Quantity::TemperatureSpan,
+        [
+            "temperature_span",
+            "Temperature effect on span",
+            "further change of output − load at full scale for 10 °C; from the product in Temperature effect on zero",
+            "OIML R 60-1 and VDI/VDE 2638 (temperature effect on the sensitivity)",
+            "as for Temperature effect on zero",
+        ],
+    ),
+    (
         Quantity::Crosstalk(Axis::Fx),
         [
             "crosstalk_from",
@@ -277,7 +331,7 @@ mod tests {
     #[test]
     fn every_row_has_its_own_id_and_a_definition() {
         let all = Quantity::all(&Axis::ALL);
-        assert_eq!(all.len(), 22);
+        assert_eq!(all.len(), 26);
         let definitions = all.iter().map(|quantity| quantity.definition());
         let ids: HashSet<String> = definitions
             .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))

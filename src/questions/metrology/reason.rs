@@ -1,5 +1,7 @@
 //! Reasons why a metrology figure is missing, as sentences that take the place of the figure.
 
+use std::borrow::Cow;
+
 use crate::{
     recording::Axis,
     scoring::{
@@ -59,6 +61,12 @@ pub enum Reason {
         "the cycles of {axis} are not repeated: at equal {axis}, the load on {other} differs; repeat the cycle with one axis loaded"
     )]
     OthersDiffer { axis: Axis, other: Axis },
+    #[error(
+        "this figure of {axis} is below the noise of the recordings, which alone could give {} {}; repeat the cycle, or record more slowly", significant(*.limit, 2), .axis.unit()
+    )]
+    BelowNoise { axis: Axis, limit: f64, percent: Option<f64> },
+    #[error("no recording with a reference for {axis} has a channel in °C that changes by {} °C", short(*.least))]
+    NoTemperature { axis: Axis, least: f64 },
     #[error("{axis} has no full scale, because the axis is never loaded; enter a full scale")]
     NoFullScale { axis: Axis },
     #[error(
@@ -111,8 +119,13 @@ pub enum Reason {
 
 impl Reason {
     /// Returns the reason in one or two words, for a narrow table cell.
-    pub fn word(&self) -> &'static str {
-        match self {
+    pub fn word(&self) -> Cow<'static, str> {
+        Cow::Borrowed(match self {
+            Self::BelowNoise { percent: Some(percent), .. } => {
+                return format!("below noise ({} % FS)", significant(*percent, 2)).into();
+            }
+            Self::BelowNoise { .. } => "below noise",
+            Self::NoTemperature { .. } => "no °C",
             Self::NoReference { .. } => "no ref.",
             Self::ConstantLoad { .. } => "constant",
             Self::NoTimes { .. } => "no times",
@@ -138,7 +151,7 @@ impl Reason {
             Self::NeverAlone { .. } => "not alone",
             Self::NotFinite { .. } => "not finite",
             Self::Overflow { .. } => "too large",
-        }
+        })
     }
 }
 

@@ -35,8 +35,8 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     });
     let shown_rows = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
     let rows = Table::of(shown_rows.map(|row| (row, &row.cells[at])))
-        .column(Column::words("Figure"), |(row, cell)| {
-            if row.quantity.is_time() {
+        .column(Column::words("Figure"), move |(row, cell)| {
+            if cell.unit != axis.unit() {
                 defined(row, format!("{} [{}]", row.definition.name, cell.unit))
             } else {
                 defined(row, row.definition.name.clone())
@@ -101,6 +101,10 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     let mut about = format!("{} {}", significant(value.value, 4), cell.unit);
     if let Some(percent) = value.percent_fs {
         about.push_str(&format!(" = {} % of full scale", significant(percent, 4)));
+    }
+    if let Some(uncertainty) = value.uncertainty {
+        let uncertainty = significant(uncertainty, 2);
+        about.push_str(&format!(", standard uncertainty {uncertainty} {}", cell.unit));
     }
     if let Some(place) = &value.place {
         let [from, to] = [place.from_secs, place.to_secs].map(|secs| significant(secs, 5));
@@ -212,6 +216,9 @@ pub fn figure_records(metrology: &Metrology) -> Table {
             .column(Column::words(column("_percent_fs")), |(.., cell)| {
                 known(value(cell).and_then(|value| value.percent_fs))
             })
+            .column(Column::words(column("_uncertainty")), |(.., cell)| {
+                known(value(cell).and_then(|value| value.uncertainty))
+            })
             .words(column("_place"), |(.., cell)| {
                 let place = value(cell).and_then(|value| value.place.as_ref());
                 place.map_or_else(String::new, |place| {
@@ -268,6 +275,7 @@ mod tests {
             reference: &reference,
             conventional: &off(1.0),
             compensated: &off(0.5),
+            auxiliary: None,
             is_static: false,
         };
         table_of(&[run], &axes, &[10.0, 0.0])

@@ -13,6 +13,7 @@ use crate::{
         crosstalk::{Response, crosstalk_figures, responses},
         dwell_rows::dwell_figures,
         figures::{Cell, Figure, Metrology, OUTPUTS, Result, Row, Run, Value},
+        influence_rows::{noise_figures, temperature_figures},
         loop_rows::{LoopRows, lag_figures},
         measured::{Columns, Lags, Measured},
         quantity::Quantity,
@@ -44,7 +45,7 @@ pub fn table_by(
         None => Measured::of(runs, rules)?,
         Some((reference_axes, [times, reference, conventional, compensated])) => {
             let name = "all load cases";
-            let (gauges, is_static) = (&[][..], true);
+            let (gauges, is_static, auxiliary) = (&[][..], true, None);
             let all = Run {
                 name,
                 times,
@@ -53,6 +54,7 @@ pub fn table_by(
                 reference,
                 conventional,
                 compensated,
+                auxiliary,
                 is_static,
             };
             Measured::of(&[all], rules)?
@@ -78,7 +80,7 @@ pub fn table_by(
                     figures.map(|found| finished(found, quantity, axes[axis], scale));
                 Cell {
                     axis: axes[axis],
-                    unit: if quantity.is_time() { "s" } else { axes[axis].unit() },
+                    unit: quantity.unit(axes[axis]),
                     conventional,
                     compensated,
                 }
@@ -137,6 +139,8 @@ impl AxisFigures {
         let figures = |output: usize| {
             (loops.figures(output).into_iter().chain(of_lag[output].0.clone()))
                 .chain(dwell_figures(&view, output))
+                .chain(noise_figures(&view, output))
+                .chain(temperature_figures(&view, output))
                 .chain(common(output))
                 .collect()
         };
@@ -182,12 +186,14 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
 /// Returns the figure with its percentage of full scale added. A figure that is too large for a number is replaced by the
 /// reason.
 fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> Figure {
-    let Value { value, place, basis, .. } = figure?;
-    let percent_fs = (!quantity.is_time() && full_scale > 0.0).then(|| 100.0 * value / full_scale);
+    let found = figure?;
+    let value = found.value;
+    let whole = if quantity == Quantity::LoopArea { full_scale * full_scale } else { full_scale };
+    let percent_fs = (!quantity.is_time() && whole > 0.0).then(|| 100.0 * value / whole);
     if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
     }
-    Ok(Value { value, percent_fs, place, basis })
+    Ok(Value { percent_fs, ..found })
 }
 
 fn findings(measured: &Measured<'_>, lags: &Lags, by_axis: &[AxisFigures]) -> Vec<Finding> {

@@ -5,8 +5,9 @@ use crate::{
     finding::Id,
     progress::{Cancelled, Progress},
     questions::metrology::*,
+    random::Random,
     recording::{
-        Axis,
+        Axis, Recording, Source,
         simulated::{self, LAG_SECS, Late, PLAY_NEWTONS},
     },
     scoring::{
@@ -43,6 +44,7 @@ impl One {
             reference: &self.load,
             conventional: &self.conventional,
             compensated: &self.compensated,
+            auxiliary: None,
             is_static: false,
         }
     }
@@ -142,9 +144,10 @@ fn hysteresis_of_a_play_operator_is_twice_its_radius() {
         assert_near(cell.conventional.as_ref().unwrap().percent_fs.unwrap(), 6.0, 0.01);
         assert!(value(&cell.compensated) < 1e-12);
     }
-    // The parallelogram's area is 4 r (A − r), over the range 2 A.
-    let mean_width = 4.0 * 0.3 * 9.7 / 20.0;
-    assert_near(value(&fz(&table, Quantity::MeanWidth).conventional), mean_width, 0.01);
+    // The parallelogram's area is 4 r (A − r).
+    let area = &fz(&table, Quantity::LoopArea).conventional;
+    assert_near(value(area), 4.0 * 0.3 * 9.7, 0.01);
+    assert_near(area.as_ref().unwrap().percent_fs.unwrap(), 4.0 * 0.3 * 9.7, 0.01);
     assert!(value(&fz(&table, Quantity::Repeatability).conventional) < 1e-9);
     let place = fz(&table, Quantity::Hysteresis).conventional.clone().unwrap().place.unwrap();
     assert_eq!((place.name.as_str(), place.samples), ("one", 0..2001));
@@ -300,6 +303,7 @@ fn crosstalk_is_the_reading_of_the_other_axes_while_one_axis_is_loaded() {
         reference: &reference,
         conventional: &conventional,
         compensated: &reference,
+        auxiliary: None,
         is_static: false,
     };
     let table = table_of(&[run], &axes, &[10.0, 5.0]);
@@ -320,14 +324,7 @@ fn missing_figures_have_a_reason() {
     let axis = Axis::Fz;
     let of = |load: Vec<f64>| One::new(load.clone(), load).table(10.0);
     let constant = of(vec![3.0; 300]);
-    for quantity in [
-        Hysteresis,
-        MeanLoopHysteresis,
-        MeanWidth,
-        TerminalNonlinearity,
-        CombinedError,
-        Repeatability,
-    ] {
+    for quantity in [Hysteresis, LoopArea, TerminalNonlinearity, CombinedError, Repeatability] {
         assert!(matches!(reason(&constant, quantity), Reason::ConstantLoad { .. }), "{quantity:?}");
     }
     assert!(matches!(reason(&constant, Creep), Reason::NoHold { .. }));
@@ -386,7 +383,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
     let load = held();
     let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 17);
+    assert_eq!(rows.len(), 21);
     for row in rows {
         assert!(
             row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
@@ -429,6 +426,116 @@ fn a_chosen_reversal_threshold_decides_how_small_a_cycle_is_counted() {
     }
 }
 
+/// Three cycles of a staircase from 0 to 10 N with steps of 2.5 N and moves between them. While the load moves, the output is off
+/// by 0.5 N. At the ends of the steps, it is `a x (10 − x) / 10` above the load, and `w x (10 − x) / 25` more when the load falls.
+fn staircase(bend: f64, width: f64, noise: f64) -> One {
+    let mut random = Random::new(2, &[]);
+    let levels = [2.5, 5.0, 7.5, 10.0, 7.5, 5.0, 2.5, 0.0];
+    let (mut load, mut output) = (vec![0.0; 40], vec![0.0; 40]);
+    for (step, level) in levels.iter().cycle().take(24).enumerate() {
+        let before = load[load.len() - 1];
+        for k in 1..=50 {
+            let moved = (f64::from(k) / 10.0).min(1.0);
+            let x = before + (level - before) * moved;
+            let falls = if step % 8 >= 4 { width * x * (10.0 - x) / 25.0 } else { 0.0 };
+            let late = if k < 15 { 0.5 } else { 0.0 };
+            load.push(x);
+            output.push(x + bend * x * (10.0 - x) / 10.0 + falls + late);
+        }
+    }
+    output.iter_mut().for_each(|output| *output += noise * random.normal());
+    One::new(load, output)
+}
+
+/// At the five loads, `a x (10 − x) / 10` is 0, 1.875 a, 2.5 a, 1.875 a and 0. So the terminal deviation is 2.5 a, the best-fit line
+/// lies at the mean 1.25 a, from which the ends and the middle deviate by 1.25 a. The falling branch is 2.5 a + w above the line at 5 N.
+#[test]
+fn the_readings_at_the_ends_of_steps_count() {
+    for noise in [0.0, 0.02] {
+        let table = staircase(0.1, 0.3, noise).table(10.0);
+        for (quantity, truth) in [
+            (Quantity::TerminalNonlinearity, 0.25),
+            (Quantity::BestFitNonlinearity, 0.125),
+            (Quantity::CombinedError, 0.55),
+        ] {
+            let found = value(&fz(&table, quantity).conventional);
+            assert!((found - truth).abs() < 0.01, "{quantity:?}, noise {noise}: {found}");
+        }
+    }
+}
+
+/// Noise of 0.2 % of full scale on a linear sensor gives no figure, and hardly changes the figures of a curved sensor.
+#[test]
+fn noise_is_no_nonlinearity_and_no_repeatability() {
+    use Quantity::*;
+    let axis = Axis::Fz;
+    let ramps = |bend: f64| {
+        let mut random = Random::new(4, &[]);
+        let load = path(&[0.0, 10.0, 0.0, 10.0, 0.0, 10.0, 0.0], 600);
+        let bent = |x: &f64| x + bend * x * (10.0 - x) / 10.0 + 0.02 * random.normal();
+        let output = load.iter().map(bent).collect();
+        One::new(load, output).table(10.0)
+    };
+    for table in [ramps(0.0), staircase(0.0, 0.0, 0.02).table(10.0)] {
+        for quantity in [TerminalNonlinearity, BestFitNonlinearity, CombinedError, Repeatability] {
+            let Reason::BelowNoise { percent: Some(percent), .. } = reason(&table, quantity) else {
+                panic!("{quantity:?}: {:?}", fz(&table, quantity));
+            };
+            assert!(percent < 0.3, "{quantity:?} {percent}");
+        }
+    }
+    let table = ramps(0.06);
+    for (quantity, truth) in
+        [(TerminalNonlinearity, 0.15), (BestFitNonlinearity, 0.1), (CombinedError, 0.15)]
+    {
+        let found = fz(&table, quantity).conventional.clone().unwrap();
+        assert!((found.value - truth).abs() < 0.015, "{quantity:?}: {found:?}");
+        assert!(found.uncertainty.unwrap() > 0.001, "{found:?}");
+    }
+    assert_eq!(reason(&table, Repeatability).word().split(' ').next(), Some("below"));
+    assert!(
+        matches!(reason(&table, Repeatability), Reason::BelowNoise { axis: of, .. } if of == axis)
+    );
+}
+
+/// In a dwell of 2000 samples, the noise spans about 6.9 standard deviations.
+#[test]
+fn noise_and_the_effects_of_temperature_are_measured() {
+    let mut random = Random::new(6, &[]);
+    let load = [vec![5.0; 2000], path(&[5.0, 10.0, 0.0, 10.0, 0.0], 500)].concat();
+    let warm: Vec<f64> = (0..load.len()).map(|k| 20.0 + 4.0 * (0.002 * k as f64).sin()).collect();
+    let output: Vec<f64> = (load.iter().zip(&warm))
+        .map(|(x, warm)| {
+            x + 0.02 * (warm - 20.0) + 0.003 * (warm - 20.0) * x + 0.05 * random.normal()
+        })
+        .collect();
+    let names = |text: &str| vec![text.to_owned()];
+    let times: Vec<f64> = (0..load.len()).map(|k| k as f64 / 20.0).collect();
+    let recording = Recording::new(
+        "warm",
+        Source::Simulated,
+        times,
+        names("S1"),
+        output.clone(),
+        vec![Axis::Fz],
+        load.clone(),
+    );
+    let recording = recording.unwrap().with_auxiliary(names("T"), names("°C"), warm).unwrap();
+    let loads = AppliedLoads { conventional: output, compensated: load, past: Vec::new() };
+    let table = table_of(&[Run::new(&recording, &loads)], &[Axis::Fz], &[10.0]);
+    let of = |quantity| fz(&table, quantity).conventional.clone().unwrap();
+    assert_near(of(Quantity::Noise).value, 0.05, 0.05);
+    assert_near(of(Quantity::NoisePeakToPeak).value, 0.05 * 6.9, 0.15);
+    assert_near(of(Quantity::TemperatureZero).value, 0.2, 0.1);
+    assert_near(of(Quantity::TemperatureSpan).value, 0.3, 0.1);
+    for quantity in [Quantity::TemperatureZero, Quantity::TemperatureSpan] {
+        let uncertainty = of(quantity).uncertainty.unwrap();
+        assert!(uncertainty > 0.001 && uncertainty < 0.05, "{quantity:?} {uncertainty}");
+    }
+    let cold = One::new(vec![1.0; 9], vec![1.0; 9]).table(10.0);
+    assert!(matches!(reason(&cold, Quantity::TemperatureZero), Reason::NoTemperature { .. }));
+}
+
 /// Reproducible pseudo-random numbers in ±1.
 fn uniform(k: usize) -> f64 {
     let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -457,6 +564,7 @@ pub(crate) fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
         reference: &reference,
         conventional: &output,
         compensated: &output,
+        auxiliary: None,
         is_static: false,
     };
     table_of(&[run], &[Axis::Fx, Axis::Fy], &[10.0, 10.0])
@@ -552,6 +660,7 @@ fn a_lag_and_hysteresis_have_rows_of_their_own() {
                 reference: recording.loads(),
                 conventional: outputs,
                 compensated: outputs,
+                auxiliary: None,
                 is_static: false,
             })
             .collect();

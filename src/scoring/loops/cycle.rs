@@ -98,18 +98,10 @@ impl Loop {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the magnitude of the smoothed width at each load. The width is smoothed by least-squares lines through
-    /// neighbouring widths. The number of neighbours is the smallest that makes the noise small. Without smoothing, noise
-    /// would increase the largest and the mean magnitude.
+    /// Returns the magnitude of the smoothed width at each load, see [`quiet`].
     fn quiet_widths(&self) -> Vec<f64> {
-        let widths = &self.widths().collect::<Vec<f64>>();
-        let noise = white_noise(widths);
-        let on_lines = |half| (0..LOADS).map(move |at| on_line(widths, at, half).abs());
-        let is_quiet = |half: &usize| {
-            let largest = on_lines(*half).fold(0.0, f64::max);
-            2.0 * noise <= MAX_NOISE * largest * ((2 * half + 1) as f64).sqrt()
-        };
-        on_lines((0..MAX_NEIGHBOURS).find(is_quiet).unwrap_or(MAX_NEIGHBOURS)).collect()
+        let (widths, _) = quiet(&self.widths().collect::<Vec<f64>>(), MAX_NOISE);
+        widths.into_iter().map(f64::abs).collect()
     }
 
     /// Returns the largest magnitude of the loop's width, in the unit of the output.
@@ -136,8 +128,24 @@ impl Loop {
     }
 }
 
+/// Smooths differences at evenly spaced loads by least-squares lines through neighbouring differences. The number of neighbours
+/// is the smallest that makes two standard deviations of the noise at most a `share` of the largest difference. Without smoothing, noise would increase the largest and the mean magnitude. Also
+/// returns the standard deviation of the noise that is left at the ends, where it is largest.
+pub(crate) fn quiet(values: &[f64], share: f64) -> (Vec<f64>, f64) {
+    let noise = white_noise(values);
+    let on_lines = |half| (0..values.len()).map(move |at| on_line(values, at, half));
+    let is_quiet = |half: &usize| {
+        let largest = on_lines(*half).fold(0.0, |most: f64, value| most.max(value.abs()));
+        2.0 * noise <= share * largest * ((2 * half + 1) as f64).sqrt()
+    };
+    let half = (0..MAX_NEIGHBOURS).find(is_quiet).unwrap_or(MAX_NEIGHBOURS);
+    // The variance at the end of a line through n values is about 4/n of the variance of one value.
+    let left = noise * (4.0 / (half as f64 + 4.0)).sqrt();
+    (on_lines(half).collect(), left)
+}
+
 /// Returns [`LOADS`] loads in equal steps from the minimum to the maximum of a range.
-pub(crate) fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
+fn even_loads(range: MinMax) -> impl Iterator<Item = f64> {
     (0..LOADS).map(move |step| {
         let share = step as f64 / (LOADS - 1) as f64;
         range.min * (1.0 - share) + range.max * share

@@ -34,7 +34,7 @@ use crate::min_max::MinMax;
 pub(crate) use curve::Curve;
 pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
-pub(crate) use cycle::even_loads;
+pub(crate) use cycle::quiet;
 pub use extents::{extents_of, extents_of_set};
 pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
