@@ -210,7 +210,7 @@ def figures(recordings, outputs, others, full_scales):
 
     def best_fit(output):
         points, noise = way(True, output)
-        slope, offset = np.polyfit(points[:, 0], points[:, 1], 1)
+        slope, offset = np.polyfit(points[1:-1, 0], points[1:-1, 1], 1)
         return above_noise(np.abs(points[:, 1] - slope * points[:, 0] - offset).max(), noise)
 
     def combined(output):

@@ -43,8 +43,8 @@ impl<'a> LoopRows<'a> {
         let largest = self.cycles.largest.as_ref().map(std::slice::from_ref);
         let mean = self.cycles.mean.as_deref().map_err(Clone::clone);
         let width = Loop::largest_width;
-        let [terminal, best_fit] =
-            [Line::through_ends, Line::best_fit].map(|line| self.nonlinearity(output, line));
+        let terminal = self.nonlinearity(output, |path| Line::through_ends(&path.points));
+        let best_fit = self.nonlinearity(output, |path| Line::best_fit(path.averages()));
         vec![
             (Quantity::Hysteresis, self.of_loop(largest.map_err(Clone::clone), output, width)),
             (Quantity::MeanLoopHysteresis, self.of_loop(mean, output, width)),
@@ -122,7 +122,7 @@ impl<'a> LoopRows<'a> {
         if let Some(noise) = curves[0].1 {
             // A line through two points has half the variance of a point between them.
             let noise = noise * (1.5 / curves.len() as f64).sqrt();
-            return Ok(Path { points, noise, common });
+            return Ok(Path { points, n_carried: 0, noise, common });
         }
         let off: Vec<f64> = points.iter().map(|point| line.deviation(point)).collect();
         let (off, noise) = quiet(&off, NOISE);
@@ -133,7 +133,7 @@ impl<'a> LoopRows<'a> {
             [(points[0], points[1]), (points[found - 1], points[found - 2])];
         points.insert(0, carried(common.min, first, second));
         points.push(carried(common.max, last, before));
-        Ok(Path { points, noise, common })
+        Ok(Path { points, n_carried: 1, noise, common })
     }
 
     /// Returns the rising branches of the averaged cycles, with the indices of their recordings. Without a cycle, the widest
@@ -152,14 +152,14 @@ impl<'a> LoopRows<'a> {
         }
     }
 
-    fn nonlinearity(&self, output: usize, line: fn(&[(f64, f64)]) -> Option<Line>) -> Figure {
+    fn nonlinearity(&self, output: usize, line: fn(&Path) -> Option<Line>) -> Figure {
         let branches = self.rising()?;
         let path = self.path(&branches, output)?;
         let place = match branches[..] {
             [(recording, branch)] => Some(self.view.runs[recording].place(branch.samples.clone())),
             _ => None,
         };
-        let line = line(&path.points).ok_or(Reason::Overflow { axis: self.view.axis })?;
+        let line = line(&path).ok_or(Reason::Overflow { axis: self.view.axis })?;
         let size = line.largest_deviation(path.points.iter());
         let found = self.view.above_noise(size, path.noise, place)?;
         Ok(self.basis(found, branches.len(), path.common))
@@ -325,10 +325,18 @@ fn shared_loads(curves: &[(Curve, Option<f64>)]) -> impl Iterator<Item = f64> {
 struct Path {
     /// Points `(load, output)` with rising loads.
     points: Vec<(f64, f64)>,
+    /// Number of points at each end that are not averages, but carried on from averages.
+    n_carried: usize,
     /// Standard deviation of the noise of a point.
     noise: f64,
     /// Range of loads that all branches cover.
     common: MinMax,
+}
+
+impl Path {
+    fn averages(&self) -> &[(f64, f64)] {
+        &self.points[self.n_carried..self.points.len() - self.n_carried]
+    }
 }
 
 /// Returns the point at this load on the line through two points.
