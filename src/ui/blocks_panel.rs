@@ -4,9 +4,24 @@
 use egui::{Id, TextEdit, Ui};
 
 use crate::{
-    features::{Appends, BLOCKS, Block, Choice, FeatureSettings, Range},
+    engine::Engine,
+    features::{Appends, BLOCKS, Block, Choice, Distance, FeatureSettings, Range},
     ui::setting::{found, switched},
 };
+
+/// Key of the look-backs that were switched off.
+pub fn look_back_id() -> egui::Id {
+    egui::Id::unique("look-backs that were turned off")
+}
+
+/// Returns the distance between two loads that is compared with the force threshold F_th: a norm over the force axes or over
+/// all axes. Before recordings are loaded, the chosen distance is returned.
+pub fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
+    match engine.project().axes() {
+        [] => features.distance,
+        axes => features.distance.effective(axes),
+    }
+}
 
 /// Draws the controls of these features. Features with memory are disabled for recordings without times.
 pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {

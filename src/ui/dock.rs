@@ -153,21 +153,7 @@ fn look_back_switch(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings
     let button = Button::selectable(is_on, "Look-back").frame_when_inactive(true);
     if ui.add(button).on_hover_text(about).clicked() {
         let default = engine.project().default_thresholds();
-        switched(ui, look_back_id(), &mut features.look_backs, &[default]);
-    }
-}
-
-/// Key of the look-backs that were switched off.
-pub fn look_back_id() -> egui::Id {
-    egui::Id::unique("look-backs that were turned off")
-}
-
-/// Returns the distance between two loads that is compared with the force threshold F_th: a norm over the force axes or over
-/// all axes. Before recordings are loaded, the chosen distance is returned.
-pub fn distance(engine: &Engine, features: &FeatureSettings) -> Distance {
-    match engine.project().axes() {
-        [] => features.distance,
-        axes => features.distance.effective(axes),
+        switched(ui, blocks_panel::look_back_id(), &mut features.look_backs, &[default]);
     }
 }
 
@@ -186,7 +172,7 @@ struct Shown {
 fn shown(engine: &Engine, along: Along, features: &FeatureSettings) -> Shown {
     match along {
         Along::F => {
-            let distance = distance(engine, features);
+            let distance = blocks_panel::distance(engine, features);
             let ShownFTh { factor, unit } = ShownFTh::of(distance);
             let largest = match distance {
                 Distance::Force => force_range(engine),

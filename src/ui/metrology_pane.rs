@@ -71,7 +71,7 @@ impl MetrologyPane {
             if measuring != *before {
                 out.send(Edit::Measuring(measuring));
             }
-            ui.separator();
+            ui.end_row();
             let holds = "Saves all metrology figures of the table in units and in % of full scale, with definitions, sources and the reasons for missing figures";
             let content = table.map(|table| || FileContent::Table("metrology.csv", Box::new(figure_records(table))));
             table::saving(ui, holds, || table::joined(&tables), content, out);
@@ -93,7 +93,10 @@ impl MetrologyPane {
             let at = axis.and_then(|axis| table.axes.iter().position(|known| *known == axis));
             let at = at.unwrap_or(0);
             if at < table.axes.len() {
-                table::show(ui, &axis_figures(table, at, self.shown));
+                let mut figures = axis_figures(table, at, self.shown);
+                // A title in the grid would widen the column of names.
+                ui.strong(std::mem::take(&mut figures.title));
+                table::show(ui, &figures);
                 ui.add_space(8.0);
             }
             for shown in &tables[1..] {

@@ -12,10 +12,9 @@ use crate::{
     questions::thresholds::ShownFTh,
     shown::printable,
     ui::{
-        blocks_panel,
+        blocks_panel::{self, distance, look_back_id},
         command::{Out, Pane},
         controls::Controls as _,
-        dock::{distance, look_back_id},
         numbers::significant,
         pane::{Cx, PaneView},
         regressor_panel,

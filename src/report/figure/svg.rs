@@ -495,8 +495,8 @@ mod tests {
         .svg(SIZE);
         // The first pair is at the lower left, the second above it.
         let cell = r#"width="300.00" height="245.00""#;
-        let below = format!(r##"x="80.00" y="295.00" {cell} fill="#440154""##);
-        let above = format!(r##"x="80.00" y="50.00" {cell} fill="#fde725""##);
+        let below = format!(r##"x="80.00" y="295.00" {cell} fill="#084083""##);
+        let above = format!(r##"x="80.00" y="50.00" {cell} fill="#eaf3fb""##);
         assert!(svg.contains(&below) && svg.contains(&above), "{svg}");
         assert_eq!(svg.matches("fill=\"#d0d0d0\"").count(), 2);
         assert!(svg.contains(">1.5</text>") && svg.contains("N &amp; &lt;m&gt;"));
