@@ -13,7 +13,6 @@ use crate::{
         },
         thresholds::Measure,
     },
-    report::Table,
     scoring::budget::{Budget, Cause, Shares},
     ui::{
         command::{Out, Pane},
@@ -77,13 +76,12 @@ impl View {
         let width = FINDINGS_WIDTH.min(FINDINGS_SHARE * whole.width());
         let left = whole.with_max_x(whole.right() - width - GAP);
         let right = whole.with_min_x(whole.right() - width);
-        let tables = sufficiency_tables(found);
         let layout = Layout::top_down(Align::Min);
         ui.scope_builder(UiBuilder::new().max_rect(left).layout(layout), |ui| {
             ui.push_id("causes", |ui| {
                 egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                     ui.set_max_width(left.width() - GAP);
-                    self.causes(ui, found, &tables, cx);
+                    self.causes(ui, found, cx);
                 });
             });
         });
@@ -97,7 +95,7 @@ impl View {
         });
     }
 
-    fn causes(&mut self, ui: &mut Ui, found: &Sufficiency, tables: &[Table], cx: &mut Cx<'_>) {
+    fn causes(&mut self, ui: &mut Ui, found: &Sufficiency, cx: &mut Cx<'_>) {
         match &found.budget {
             Ok(budget) => budget_table(ui, cx, found, budget),
             Err(reason) => drop(ui.label(format!("The error is not split by cause: {reason}."))),
@@ -115,11 +113,7 @@ impl View {
             }
         });
         ui.add_space(12.0);
-        ui.horizontal(|ui| ui.copies("tables", || table::joined(tables)));
-        for shown in &tables[usize::from(found.budget.is_ok())..] {
-            table::show(ui, shown);
-            ui.add_space(8.0);
-        }
+        ui.horizontal(|ui| ui.copies("tables", || table::joined(&sufficiency_tables(found))));
     }
 }
 

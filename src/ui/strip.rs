@@ -35,6 +35,8 @@ const NAMES_WIDTH: f32 = 104.0;
 const FIGURES_WIDTH: f32 = 76.0;
 const REMEDY_WIDTH: f32 = 168.0;
 const BAR_HEIGHT: f32 = 16.0;
+/// Width of the sentence (points) below which its letters are smaller.
+const NARROW_SENTENCE: f32 = 440.0;
 const GAP: f32 = 12.0;
 /// Widths of the window (points) from which the bars have these widths.
 const BARS: [(f32, f32); 3] = [(1500.0, 520.0), (1200.0, 320.0), (0.0, 180.0)];
@@ -261,7 +263,8 @@ fn sentences(
             true => ui.visuals().warn_fg_color,
             false => ui.visuals().strong_text_color(),
         };
-        let first = egui::Label::new(RichText::new(first).size(15.0).color(color));
+        let size = if rect.width() < NARROW_SENTENCE { 13.0 } else { 15.0 };
+        let first = egui::Label::new(RichText::new(first).size(size).color(color));
         ui.add(first.truncate());
         ui.add(egui::Label::new(RichText::new(second).weak()).truncate());
     });
