@@ -95,7 +95,7 @@ fn roles_change_by_the_right_mouse_button() {
     }
     let mut drop = Counted::dropped("pull.csv", &text);
     assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
-    let axis = drop.window.get_by_role_and_label(Role::RadioButton, "Force_ref [N]");
+    let axis = drop.window.get_by_role_and_label(Role::RadioButton, "Fz [N]");
     axis.click_secondary();
     settle(&mut drop.window);
     drop.press("Auxiliary channel");

@@ -1205,8 +1205,9 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save as…");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // Each of three axes has 7 rows of loops, 2 of lag, 4 of dwells, 3 of crosstalk and 3 of errors. One more row is the header.
-    assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 3 + 3));
+    // Each of three axes has 7 rows of loops, 2 of lag, 4 of dwells, 3 of crosstalk, 2 of noise, 2 of the temperature's effect
+    // and 3 of errors. One more row is the header.
+    assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 3 + 2 + 2 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
     assert!(has(&window, "constant"), "no load turns back by 100 N");
