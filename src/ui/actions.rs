@@ -307,10 +307,23 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
         );
         [only, toggle]
     });
-    let step = |name: &str, about: &'static str, key, along, steps| {
-        action(name, about, ctrl(key), Command::StepThreshold(along, steps))
-    };
-    let larger = "Moves the slider of this threshold by one hundredth of its range";
+    let steps = [
+        ("force", Along::F, Key::ArrowRight, Key::ArrowLeft),
+        ("time", Along::T, Key::ArrowUp, Key::ArrowDown),
+    ];
+    let steps = steps.into_iter().flat_map(|(name, along, up, down)| {
+        let step = |words: &str, keys, by| {
+            let about = "Moves the slider of this threshold by hundredths of its range: one, or ten with Shift";
+            let name = format!("{words} {name} threshold");
+            action(name, about, keys, Command::StepThreshold(along, by))
+        };
+        [
+            step("Larger", ctrl(up), 1),
+            step("Smaller", ctrl(down), -1),
+            step("Much larger", ctrl_shift(up), 10),
+            step("Much smaller", ctrl_shift(down), -10),
+        ]
+    });
     let others = [
         action(
             "Show all axes",
@@ -348,12 +361,8 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
             alone(Key::R),
             Command::Remedy,
         ),
-        step("Larger force threshold", larger, Key::ArrowRight, Along::F, 1),
-        step("Smaller force threshold", larger, Key::ArrowLeft, Along::F, -1),
-        step("Larger time threshold", larger, Key::ArrowUp, Along::T, 1),
-        step("Smaller time threshold", larger, Key::ArrowDown, Along::T, -1),
     ];
-    axes.chain(others).collect()
+    axes.chain(others).chain(steps).collect()
 }
 
 /// Returns the actions that save an image of the whole window. Images of one plot are in the plot's own menu.
