@@ -31,6 +31,9 @@ pub struct Action {
 
 pub const FIND: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 
+/// Keys that a text field uses with Ctrl or Alt too: undo, and moves by words.
+const FOR_TEXT: [Key; 5] = [Key::Z, Key::ArrowLeft, Key::ArrowRight, Key::ArrowUp, Key::ArrowDown];
+
 const CTRL_SHIFT: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
 /// Returns the shortcut of Ctrl (⌘ on a Mac) and this key.
@@ -593,7 +596,7 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
     for action in actions {
         let Some(keys) = action.keys else { continue };
         let is_for_text = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
-            || keys.logical_key == Key::Z;
+            || FOR_TEXT.contains(&keys.logical_key);
         let taken = (typing && is_for_text) || (focused && keys.logical_key == Key::Space);
         let is_function_key = (Key::F1..=Key::F12).contains(&keys.logical_key);
         if taken && !is_function_key {

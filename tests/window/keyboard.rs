@@ -214,3 +214,27 @@ fn a_long_list_follows_the_focus() {
     let is_seen = layer.is_some_and(|layer| layer.order == egui::Order::Foreground);
     assert!(is_seen, "{last} at {item} is not on the list");
 }
+
+/// Ctrl and an arrow step a threshold, but move by words in a text field.
+#[test]
+fn keys_step_the_thresholds_unless_text_is_typed() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    let pair = |window: &Window| state(window).project().thresholds();
+    let first = pair(&window);
+    for (held, key) in [
+        (Modifiers::COMMAND, Key::ArrowRight),
+        (Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::ArrowDown),
+    ] {
+        window.key_press_modifiers(held, key);
+        settle(&mut window);
+    }
+    let stepped = pair(&window);
+    assert!(stepped.f_th > first.f_th && stepped.t_th_secs < first.t_th_secs, "{stepped:?}");
+    show(&mut window, "recordings");
+    window.get_by_role_and_label(Role::TextInput, "Open").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::ArrowRight);
+    settle(&mut window);
+    assert_eq!(pair(&window), stepped);
+}
