@@ -86,8 +86,8 @@ pub struct Quality {
     /// Standard errors of the coefficients of the compensated matrix; `None` without cross-validation or for a large matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<CoefficientErrors>,
-    /// Expected error: on each axis, the value within which 95 % of the errors on further recordings should lie. `None` if too few groups were
-    /// held out.
+    /// Expected error: on each axis, the value within which 95 % of the errors on further recordings should lie. `None` if
+    /// too few groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
     /// Effective number of coefficients after shrinkage by the ridge, on the axis with the most. Set by a linear fit, never

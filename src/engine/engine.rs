@@ -101,7 +101,7 @@ pub enum Action {
     Model(u64, ModelChange),
     /// Use the settings of the row with this number in the list of models.
     BringBack(u64),
-    /// Command of the import window.
+    /// Command of the import page.
     Import(ImportCommand),
     /// Restore this autosaved session of a window that crashed.
     Restore(PathBuf),
@@ -181,7 +181,7 @@ pub struct Engine {
     /// Number of documents that began since the start of the program. The window shows each document with fresh panes.
     pub n_documents: u64,
     aside: Vec<SetAside>,
-    /// State of the import window for the file whose columns the user is choosing; `None` if the window is closed.
+    /// State of the import page for the file whose columns the user is choosing; `None` if the window is closed.
     pub importing: Option<Importing>,
     /// Autosaved sessions of windows that crashed, oldest first.
     pub recoverable: Vec<LeftSession>,

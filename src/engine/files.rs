@@ -22,7 +22,7 @@ pub enum Opened {
     /// Calibration from a file, and the edit that applies it or compares the fit with it, with notes for the user.
     Calibration(Edit, Vec<String>),
     Session(Box<OpenedSession>),
-    /// Recordings whose columns are not recognised, so that the user must choose them in the import window.
+    /// Recordings whose columns are not recognised, so that the user must choose them in the import page.
     WantsMap,
 }
 

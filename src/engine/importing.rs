@@ -1,4 +1,4 @@
-//! State of the import window, in which the user chooses the columns of a file.
+//! State of the import page, in which the user chooses the columns of a file.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -40,10 +40,10 @@ impl Query for Preview {
     }
 }
 
-/// Command that the user gives in the import window.
+/// Command that the user gives in the import page.
 #[derive(Clone, Debug)]
 pub enum ImportCommand {
-    /// Open the import window to choose the columns of this file.
+    /// Open the import page to choose the columns of this file.
     Open(PathBuf),
     /// Use this text layout (separators and header rows), and detect the columns again.
     SetLayout(TextLayout),

@@ -188,7 +188,7 @@ impl FeatureSettings {
         Self { look_backs: Vec::new(), blocks, ..self.clone() }
     }
 
-    /// Returns true if a feature block appends columns to the present gauges.
+    /// Returns true if the model uses more than the present gauges: a look-back or another feature block.
     pub fn adds_columns(&self) -> bool {
         !self.look_backs.is_empty() || self.blocks.used().next().is_some()
     }

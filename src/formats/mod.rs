@@ -3,7 +3,7 @@
 //! Guarantees: the first bytes of a file, never its name, select its format. Memory grows with the actual contents of a file,
 //! not with the size that it declares. If a crate that reads a format panics, the user gets an error about the file.
 //!
-//! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. File dialogs, `--help`, the import window
+//! A new format is one source file with a [`Format`] and one line in [`FORMATS`]. File dialogs, `--help`, the import page
 //! and the messages are made from this list.
 //!
 //! | module | contents |

@@ -457,7 +457,7 @@ pub fn workspaces() -> Vec<Action> {
     let of_window = [
         action(
             "Maximise a pane, or show all panes",
-            "The pane under the pointer fills the window; a double click on a tab does the same",
+            "The pane under the pointer fills the window; a double click on its title does the same",
             alone(Key::F9),
             Command::ToggleMaximized(None),
         ),

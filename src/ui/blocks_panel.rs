@@ -9,6 +9,9 @@ use crate::{
     ui::setting::{found, switched},
 };
 
+/// Explanation of the look-back.
+pub const LOOK_BACK: &str = "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
+
 /// Key of the look-backs that were switched off.
 pub fn look_back_id() -> egui::Id {
     egui::Id::unique("look-backs that were turned off")

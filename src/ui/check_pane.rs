@@ -1,28 +1,27 @@
 //! Pane of the check: where the error comes from with a remedy for each cause, and the findings about recordings and rig.
 
 use egui::{Align, Label, Layout, Rect, RichText, Ui, UiBuilder, Vec2};
-use strum::IntoEnumIterator as _;
 
 use crate::{
     engine::Engine,
     finding::{Face, Verdict},
     questions::{
-        budget::{Action, ErrorBudget, Remedy},
+        budget::{Action, ErrorBudget, Remedy, Row},
         check::{
             independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
         },
         thresholds::Measure,
     },
-    scoring::budget::{Budget, Cause, Shares},
+    scoring::budget::Cause,
     ui::{
         command::{Out, Pane},
-        controls::{Controls as _, place},
+        controls::{Controls as _, place, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Zoom},
         scope::scale_of,
-        strip::{command, shares_of, short},
+        strip::{command, percent_left, shares_of, short},
         table,
     },
 };
@@ -138,38 +137,6 @@ impl Columns {
     }
 }
 
-/// A row of the budget: a name, and its part of the mean squared error before and after the compensation.
-struct Row {
-    name: String,
-    cause: Option<Cause>,
-    is_tested: bool,
-    squares: [Option<f64>; 2],
-}
-
-fn rows(before: &Shares, after: Option<&Shares>, budget: &Budget) -> Vec<Row> {
-    let both = |of: &dyn Fn(&Shares) -> f64| [Some(of(before)), after.map(of)];
-    let cause = |cause: Cause| {
-        let square = |shares: &Shares| {
-            let found = shares.shares.iter().find(|share| share.cause == cause);
-            found.map_or(0.0, |share| share.square)
-        };
-        Row {
-            name: cause.name(budget.are_segments).to_owned(),
-            cause: Some(cause),
-            is_tested: budget.tested.contains(&cause),
-            squares: both(&square),
-        }
-    };
-    let part =
-        |name: &str, squares| Row { name: name.to_owned(), cause: None, is_tested: true, squares };
-    let others = [
-        part("noise", both(&|shares| shares.noise)),
-        part("unexplained", both(&|shares| shares.unexplained)),
-        part("error", both(&|shares| shares.total)),
-    ];
-    Cause::iter().map(cause).chain(others).collect()
-}
-
 fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &ErrorBudget) {
     let Some(analysis) = cx.engine.analysis() else { return };
     let scale = scale_of(analysis);
@@ -183,56 +150,51 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
             }
         }
     });
-    let Some(before) = shares_of(budget, &budget.uncompensated, measure) else {
+    let before = &budget.uncompensated;
+    let split = |one| Some((one, shares_of(budget, one, measure)?));
+    let Some(uncompensated) = split(before) else {
         ui.label("The error of these axes is not split by cause.");
         return;
     };
-    let after = budget.compensated.as_ref().and_then(|after| shares_of(budget, after, measure));
+    let both = [Some(uncompensated), budget.compensated.as_ref().and_then(split)];
     let colors = [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(ui.visuals()));
     let width = ui.available_width();
     let row = |ui: &mut Ui, height: f32| Columns::of(ui.allocate_space(Vec2::new(width, height)).1);
     let head = row(ui, 24.0);
-    for (place, (trace, color)) in
-        [head.before, head.after].into_iter().zip(["% FS", "% FS"].into_iter().zip(colors))
-    {
-        right(ui, place, RichText::new(trace).color(color));
+    for (rect, color) in [head.before, head.after].into_iter().zip(colors) {
+        place_right(ui, rect, |ui| ui.colored_label(color, "% FS"));
     }
     place(ui, head.remedy, |ui| ui.weak("Remedy, and the error with it"));
-    let longest = before.total.max(after.map_or(0.0, |after| after.total)).sqrt();
-    for shown in rows(before, after, &budget.uncompensated) {
+    let totals = both.iter().flatten().map(|(_, shares)| shares.total);
+    let longest = totals.fold(0.0, f64::max).sqrt();
+    let (total, parts): (Vec<Row>, Vec<Row>) = Row::all().partition(|row| *row == Row::Total);
+    for shown in parts.into_iter().chain(total) {
         let columns = row(ui, ROW_HEIGHT);
-        let is_total = shown.name == "error";
-        let name = if is_total {
-            RichText::new("all together").strong()
-        } else {
-            RichText::new(&shown.name)
-        };
+        let name = RichText::new(shown.name(before));
+        let name = if shown == Row::Total { name.strong() } else { name };
         place(ui, columns.name, |ui| ui.add(Label::new(name).truncate()));
         let middle = columns.bars.center().y;
-        for (at, square) in shown.squares.into_iter().enumerate() {
-            let number = [columns.before, columns.after][at];
-            let text = match square {
-                _ if !shown.is_tested => "not tested".to_owned(),
-                None => "–".to_owned(),
-                Some(0.0) => "not found".to_owned(),
-                Some(square) => significant(100.0 * square.sqrt(), 3),
-            };
-            let is_weak = square.is_none_or(|square| square == 0.0);
-            let text = RichText::new(text);
-            right(ui, number, if is_weak { text.weak().size(11.0) } else { text });
-            let length = (square.unwrap_or(0.0).sqrt() / longest) as f32 * columns.bars.width();
+        let numbers = [columns.before, columns.after];
+        for (at, (budget_and_shares, number)) in both.iter().zip(numbers).enumerate() {
+            let Some((one, shares)) = budget_and_shares else { continue };
+            let square = shown.square(shares);
+            let text = RichText::new(shown.cell(one, shares).text);
+            let text = if square > 0.0 { text } else { text.weak().size(11.0) };
+            place_right(ui, number, |ui| ui.label(text));
+            let length = (square.max(0.0).sqrt() / longest) as f32 * columns.bars.width();
             let top = middle + [-BAR_HEIGHT - 0.5, 0.5][at];
-            let bar = Rect::from_min_size(
-                egui::pos2(columns.bars.left(), top),
-                Vec2::new(length, BAR_HEIGHT),
-            );
+            let corner = egui::pos2(columns.bars.left(), top);
+            let bar = Rect::from_min_size(corner, Vec2::new(length, BAR_HEIGHT));
             ui.painter().rect_filled(bar, 1.0, colors[at]);
         }
-        let is_for = |remedy: &&Remedy| match (remedy.cause, &remedy.action) {
-            (Some(cause), _) => Some(cause) == shown.cause,
-            (None, Action::Mean(_)) => shown.name == "noise",
-            (None, Action::RecordTemperature) => shown.cause == Some(Cause::Temperature),
-            (None, _) => shown.name == "unexplained",
+        let is_for = |remedy: &&Remedy| {
+            shown
+                == match (remedy.cause, &remedy.action) {
+                    (Some(cause), _) => Row::Cause(cause),
+                    (None, Action::Mean(_)) => Row::Noise,
+                    (None, Action::RecordTemperature) => Row::Cause(Cause::Temperature),
+                    (None, _) => Row::Unexplained,
+                }
         };
         if let Some(remedy) = found.remedies.iter().find(is_for) {
             place(ui, columns.remedy, |ui| {
@@ -243,11 +205,6 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
     for sentence in budget.sentences() {
         ui.add(Label::new(RichText::new(sentence).weak()).wrap());
     }
-}
-
-fn right(ui: &mut Ui, rect: Rect, text: RichText) {
-    let layout = Layout::right_to_left(Align::Center);
-    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| ui.label(text));
 }
 
 fn remedy_cell(
@@ -268,10 +225,8 @@ fn remedy_cell(
         }
         None => drop(ui.label(name).on_hover_text(about)),
     }
-    let pool = if measure == Measure::Moments { "Moments" } else { "Forces" };
-    let at = budget.pools.iter().position(|name| *name == pool).unwrap_or(0);
-    if let Some(error) = remedy.errors.get(at).filter(|_| !matches!(measure, Measure::Axis(_))) {
-        ui.label(format!("→ {} % FS", significant(100.0 * error, 3)));
+    if let Some(error) = percent_left(remedy, budget, measure) {
+        ui.label(format!("→ {} % FS", significant(error, 3)));
     }
 }
 

@@ -9,12 +9,12 @@ use crate::{
     ui::scope::AxisChoice,
 };
 
-/// A part of the window with a tab.
+/// A part of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pane {
     /// Name by which the program refers to the pane.
     pub key: &'static str,
-    /// Title on the tab.
+    /// Title above the pane.
     pub title: &'static str,
     /// Explanation of the pane in one sentence, without a full stop.
     pub explanation: &'static str,
@@ -109,7 +109,7 @@ pub enum ImageTo {
 pub enum Command {
     /// Runs an action of the engine.
     Do(Action),
-    /// Selects the tab of a pane, in a workspace that contains the pane.
+    /// Shows a pane, in a workspace that contains it or as a drawer.
     ShowPane(Pane),
     /// Shows a workspace.
     Show(Workspace),
@@ -135,8 +135,7 @@ pub enum Command {
     FindSetting(Setting),
     /// Shows or hides the help.
     ToggleHelp,
-    /// Shows the first page of the guide.
-    /// Show the page of the guide with this index.
+    /// Shows the page of the guide with this index.
     ShowGuide(usize),
     /// Shows the About page.
     ShowAbout,

@@ -163,6 +163,12 @@ pub fn place<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) ->
     ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
 }
 
+/// Draws contents at the right end of a fixed place.
+pub fn place_right<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = Layout::right_to_left(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
+}
+
 impl Controls for Ui {
     fn this_ui(&mut self) -> &mut Ui {
         self

@@ -57,35 +57,42 @@ pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
     let width = if is_wide { MODEL_WIDTH } else { NARROW_MODEL_WIDTH };
     let model = rect.with_max_x(rect.left() + width);
     let rest = rect.with_min_x(model.right() + 2.0 * PADDING);
-    let mut settings = project.settings.clone();
-    let is_fitted = project.applied.is_none();
-    ui.add_enabled_ui(is_fitted, |ui| {
+    edited(ui, cx, |ui, cx, settings| {
         let layout = Layout::top_down(Align::Min);
         ui.scope_builder(UiBuilder::new().max_rect(model).layout(layout), |ui| {
             ui.shrink_clip_rect(model.expand(2.0));
-            model_choices(ui, cx.engine, &mut settings, cx.out);
+            model_choices(ui, cx.engine, settings, cx.out);
         });
+        sliders(ui, cx, &mut settings.features, rest);
     });
+}
+
+/// Draws both thresholds alone.
+pub fn thresholds(ui: &mut Ui, cx: &mut Cx<'_>, place: Rect) {
+    edited(ui, cx, |ui, cx, settings| sliders(ui, cx, &mut settings.features, place));
+}
+
+/// Draws controls that edit a copy of the settings, and sends the copy if they changed it. An applied calibration fixes the
+/// settings.
+fn edited(
+    ui: &mut Ui,
+    cx: &mut Cx<'_>,
+    controls: impl FnOnce(&mut Ui, &mut Cx<'_>, &mut FitSettings),
+) {
+    let project = cx.engine.project();
+    let mut settings = project.settings.clone();
+    ui.add_enabled_ui(project.applied.is_none(), |ui| controls(ui, cx, &mut settings));
     if settings != project.settings {
         cx.out.send(Edit::Settings(settings));
     }
-    thresholds(ui, cx, rest);
 }
 
-/// Draws both thresholds, each with its slider.
-pub fn thresholds(ui: &mut Ui, cx: &mut Cx<'_>, place: Rect) {
-    let project = cx.engine.project();
-    let mut settings = project.settings.clone();
+fn sliders(ui: &mut Ui, cx: &Cx<'_>, features: &mut FeatureSettings, place: Rect) {
     let study = cx.engine.lane::<StudyThresholds>().answer();
     let half = 0.5 * (place.width() - 2.0 * PADDING);
     let places = [place.with_max_x(place.left() + half), place.with_min_x(place.right() - half)];
-    ui.add_enabled_ui(project.applied.is_none(), |ui| {
-        for (along, place) in [Along::F, Along::T].into_iter().zip(places) {
-            threshold(ui, cx.engine, along, &mut settings.features, (cx.scope, study), place);
-        }
-    });
-    if settings != project.settings {
-        cx.out.send(Edit::Settings(settings));
+    for (along, place) in [Along::F, Along::T].into_iter().zip(places) {
+        threshold(ui, cx.engine, along, features, (cx.scope, study), place);
     }
 }
 
@@ -149,9 +156,8 @@ fn model_choices(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: 
 
 fn look_back_switch(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     let is_on = !features.look_backs.is_empty();
-    let about = "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
     let button = Button::selectable(is_on, "Look-back").frame_when_inactive(true);
-    if ui.add(button).on_hover_text(about).clicked() {
+    if ui.add(button).on_hover_text(blocks_panel::LOOK_BACK).clicked() {
         let default = engine.project().default_thresholds();
         switched(ui, blocks_panel::look_back_id(), &mut features.look_backs, &[default]);
     }

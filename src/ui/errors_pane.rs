@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use egui::{Align, Label, Layout, Rect, RichText, Sense, Stroke, Ui, UiBuilder, Vec2, WidgetInfo};
+use egui::{Label, Rect, RichText, Sense, Stroke, Ui, Vec2, WidgetInfo};
 
 use crate::{
     engine::Engine,
@@ -16,7 +16,7 @@ use crate::{
     ui::{
         channels_pane,
         command::{Command, Out, Pane},
-        controls::{Controls as _, place as place_in},
+        controls::{Controls as _, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -121,11 +121,6 @@ impl Columns {
     }
 }
 
-fn at_right(ui: &mut Ui, place: Rect, label: Label) -> egui::Response {
-    let layout = Layout::right_to_left(Align::Center);
-    ui.scope_builder(UiBuilder::new().max_rect(place).layout(layout), |ui| ui.add(label)).inner
-}
-
 fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: &mut Out) {
     let (_, head) = ui.allocate_space(Vec2::new(ui.available_width(), 22.0));
     let columns = Columns::of(head);
@@ -136,7 +131,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
     let about = "Load error within which 95 % of the held-out errors lie";
     let titles = [("Uncomp.", before), ("Comp.", after), ("change", weak), ("95 %", weak)];
     for ((title, color), place) in titles.into_iter().zip(columns.numbers) {
-        let label = at_right(ui, place, Label::new(RichText::new(title).color(color)));
+        let label = place_right(ui, place, |ui| ui.colored_label(color, title));
         if title == "95 %" {
             label.on_hover_text(about);
         }
@@ -183,7 +178,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
         ];
         for (text, place) in texts.into_iter().zip(columns.numbers) {
             let text = RichText::new(text.unwrap_or_else(|| "–".to_owned())).color(color);
-            at_right(ui, place, Label::new(text).selectable(false));
+            place_right(ui, place, |ui| ui.add(Label::new(text).selectable(false)));
         }
         if row.clicked() {
             let adds = ui.input(|input| input.modifiers.shift);

@@ -15,8 +15,8 @@ use crate::{
 };
 
 const TEXT_SIZE: f32 = 11.0;
-/// Height of the plot of the rule (points).
-const HEIGHTS: std::ops::RangeInclusive<f32> = 60.0..=170.0;
+/// Minimum and maximum height of the plot of the rule (points).
+const HEIGHTS: (f32, f32) = (60.0, 170.0);
 /// Maximum number of samples that the plot reads in a frame.
 const MOST_SAMPLES: usize = 50_000;
 const COLUMNS: usize = 270;
@@ -69,7 +69,7 @@ fn rule(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let Some(segment) = traces.segment_of(k) else {
         return;
     };
-    let height = ui.available_height().clamp(*HEIGHTS.start(), *HEIGHTS.end());
+    let height = ui.available_height().clamp(HEIGHTS.0, HEIGHTS.1);
     let size = egui::vec2(ui.available_width(), height);
     let (outer, _) = ui.allocate_exact_size(size, egui::Sense::hover());
     let plot = outer.shrink2(egui::vec2(2.0, TEXT_SIZE + 3.0));

@@ -9,6 +9,7 @@ use crate::{
         actions::{self, Action, CanGo},
         command::{Command, Out, Workspace},
         controls::Controls as _,
+        recordings_panel::SIMULATED,
         workspace::Workspaces,
     },
 };
@@ -71,9 +72,7 @@ fn sensor(ui: &mut Ui, engine: &Engine) {
     let project = engine.project();
     let identity = &project.identity;
     if project.recordings.is_simulated() {
-        ui.label("Simulated sensor").on_hover_text(
-            "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg",
-        );
+        ui.label("Simulated sensor").on_hover_text(SIMULATED);
     } else if identity.get(Item::Serial).is_empty() {
         return;
     } else {

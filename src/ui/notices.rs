@@ -1,5 +1,5 @@
-//! Notices above the status line. A notice is shown for some seconds, covers no pane, and stays in a list until the user
-//! dismisses the notice.
+//! Notices over the lower left of the window. A notice is shown for some seconds, and stays in a list until the user
+//! dismisses it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};

@@ -35,6 +35,9 @@ const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 /// Width of the list (points) below which the errors are omitted too.
 const MIN_WIDTH_FOR_ERRORS: f32 = 210.0;
 
+/// Explanation of the simulated sensor.
+pub const SIMULATED: &str = "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg";
+
 pub const PANE: Pane = Pane {
     key: "recordings",
     title: "Recordings",
@@ -73,9 +76,7 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
         faults_row(ui, engine, out);
     }
     if engine.project().recordings.is_simulated() {
-        ui.warn("simulated").on_hover_text(
-            "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg",
-        );
+        ui.warn("simulated").on_hover_text(SIMULATED);
     }
     if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {

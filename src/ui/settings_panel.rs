@@ -12,7 +12,7 @@ use crate::{
     questions::thresholds::ShownFTh,
     shown::printable,
     ui::{
-        blocks_panel::{self, distance, look_back_id},
+        blocks_panel::{self, LOOK_BACK, distance, look_back_id},
         command::{Out, Pane},
         controls::Controls as _,
         numbers::significant,
@@ -93,17 +93,17 @@ fn look_back(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings) {
     ui.horizontal_wrapped(|ui| {
         let mut used = !features.look_backs.is_empty();
         let title = "Look-back";
-        if ui.tick(
-            &mut used,
-            title,
-            "Adds the gauges of an earlier sample to the fit: the last sample within the time threshold t_th whose conventional load differed by the force threshold F_th (Eq. 9-12 of Koike et al. 2019)",
-        ) {
+        if ui.tick(&mut used, title, LOOK_BACK) {
             switched(ui, look_back_id(), &mut features.look_backs, &[default]);
         }
         let shown = ShownFTh::of(distance);
         let f_th = shown.number(default.f_th);
         let label = format!("Reset to {f_th} {}, {} s", shown.unit, default.t_th_secs);
-        if ui.press_if(used, label, "Replaces all look-backs by one look-back with the default thresholds") {
+        if ui.press_if(
+            used,
+            label,
+            "Replaces all look-backs by one look-back with the default thresholds",
+        ) {
             features.look_backs = vec![default];
         }
     });

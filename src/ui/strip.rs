@@ -1,9 +1,12 @@
 //! The answer in one line: the error before and after the compensation with its causes as two bars, a sentence, and the
 //! remedy that lowers the error that is left.
 
+use std::time::Duration;
+
 use egui::{Align, Button, ComboBox, Layout, Rect, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::{
+    calibration::FitSettings,
     engine::{Action as Do, Edit, Engine, SEARCH_MINUTES},
     features::{BLOCKS, Block},
     questions::{
@@ -159,16 +162,29 @@ impl Compared<'_> {
     }
 }
 
+/// Returns the place of the pool of these axes; `None` for one axis, and for forces and moments together.
+fn pool_of(of: &ErrorBudget, measure: Measure) -> Option<usize> {
+    let named = |name: &str| of.pools.iter().position(|pool| *pool == name);
+    match measure {
+        Measure::Forces => named("Forces"),
+        Measure::Moments => named("Moments"),
+        Measure::FullScale => (of.pools.len() == 1).then_some(0),
+        Measure::Axis(_) => None,
+    }
+}
+
 /// Returns the shares of these axes in a budget.
 pub fn shares_of<'a>(of: &ErrorBudget, budget: &'a Budget, measure: Measure) -> Option<&'a Shares> {
-    let pool = |name: &str| of.pools.iter().position(|pool| *pool == name);
-    match measure {
-        Measure::Axis(at) => budget.axes.get(at)?.as_ref().ok(),
-        Measure::Forces => budget.pools.get(pool("Forces")?)?.as_ref().ok(),
-        Measure::Moments => budget.pools.get(pool("Moments")?)?.as_ref().ok(),
-        Measure::FullScale if of.pools.len() == 1 => budget.pools.first()?.as_ref().ok(),
-        Measure::FullScale => None,
-    }
+    let shares = match measure {
+        Measure::Axis(at) => budget.axes.get(at)?,
+        _ => budget.pools.get(pool_of(of, measure)?)?,
+    };
+    shares.as_ref().ok()
+}
+
+/// Returns the error of these axes with a remedy, in % of full scale; `None` if it is not known for them.
+pub fn percent_left(remedy: &Remedy, of: &ErrorBudget, measure: Measure) -> Option<f64> {
+    Some(100.0 * remedy.errors.get(pool_of(of, measure)?)?)
 }
 
 fn two_bars(
@@ -235,9 +251,10 @@ fn sentences(
 ) {
     let Some(errors) = compared.in_units() else { return };
     let unit = compared.measure.unit(compared.scale);
-    let first = match compared.is_compensated {
-        true => result(errors, unit),
-        false => format!("Without compensation the error is {} {unit}.", significant(errors[0], 3)),
+    let first = if compared.is_compensated {
+        result(errors, unit)
+    } else {
+        format!("Without compensation the error is {} {unit}.", significant(errors[0], 3))
     };
     let left = budget.and_then(|of| {
         let budget = of.compensated.as_ref().filter(|_| compared.is_compensated);
@@ -259,10 +276,8 @@ fn sentences(
     let layout = Layout::top_down(Align::Min);
     ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
-        let color = match is_worse {
-            true => ui.visuals().warn_fg_color,
-            false => ui.visuals().strong_text_color(),
-        };
+        let visuals = ui.visuals();
+        let color = if is_worse { visuals.warn_fg_color } else { visuals.strong_text_color() };
         let size = if rect.width() < NARROW_SENTENCE { 13.0 } else { 15.0 };
         let first = egui::Label::new(RichText::new(first).size(size).color(color));
         ui.add(first.truncate());
@@ -313,8 +328,7 @@ pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
     Some(match &remedy.action {
         Action::Features(features) => {
             let features = (**features).clone();
-            Edit::Settings(crate::calibration::FitSettings { features, ..project.settings.clone() })
-                .into()
+            Edit::Settings(FitSettings { features, ..project.settings.clone() }).into()
         }
         Action::Tare => Do::Tare((0..engine.entries().len()).collect(), Tare::Auto).into(),
         Action::LeaveOut(name) => {
@@ -322,7 +336,7 @@ pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
             Edit::Role(at, Role::Off).into()
         }
         Action::TryModels => {
-            let limit = std::time::Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
+            let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
             Do::FindBest(Candidates::All, limit).into()
         }
         Action::RecordTemperature | Action::Mean(_) => return None,
@@ -363,13 +377,8 @@ fn remedy_button(
     measure: Measure,
     out: &mut Out,
 ) {
-    let pool = match measure {
-        Measure::Moments => "Moments",
-        _ => "Forces",
-    };
-    let at = budget.pools.iter().position(|name| *name == pool).unwrap_or(0);
-    let error = remedy.errors.get(at);
-    let error = error.map(|error| format!(" → {} % FS", significant(100.0 * error, 2)));
+    let error = percent_left(remedy, budget, measure);
+    let error = error.map(|error| format!(" → {} % FS", significant(error, 2)));
     let text = format!("{}{}", short(remedy, engine), error.unwrap_or_default());
     let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
     let button = button.fill(ui.visuals().selection.bg_fill).truncate();

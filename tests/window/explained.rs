@@ -117,7 +117,7 @@ fn every_control_of_the_import_window_has_a_hover_text() {
     window.set_size(Vec2::new(1600.0, 1400.0));
     quick_to_explain(&mut window);
     assert!(state(&window).importing.is_some());
-    // No pane with small controls is below the import window.
+    // No pane with small controls is below the import page.
     maximize(&mut window, "errors");
     for tick in [
         "Computes the reference load of a known weight from the pose columns",

@@ -1,4 +1,4 @@
-//! The import window, in which the user chooses the columns of a file.
+//! The import page, in which the user chooses the columns of a file.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use crate::{
 };
 
 impl Engine {
-    /// Opens the import window for these files, one after another.
+    /// Opens the import page for these files, one after another.
     pub(super) fn begin_import(&mut self, mut paths: Vec<PathBuf>) {
         if paths.is_empty() {
             return;
@@ -32,7 +32,7 @@ impl Engine {
         }
     }
 
-    /// Changes the state of the import window by `change`, and inspects the file again in the background.
+    /// Changes the state of the import page by `change`, and inspects the file again in the background.
     fn inspect(&mut self, change: impl FnOnce(&mut Importing) -> Preview) {
         if let Some(importing) = &mut self.importing {
             let preview = change(importing);
@@ -40,7 +40,7 @@ impl Engine {
         }
     }
 
-    /// Uses this column map for the file of the import window.
+    /// Uses this column map for the file of the import page.
     pub(super) fn take_map(&mut self, map: ColumnMap) {
         self.inspect(|importing| importing.take_map(map));
     }
@@ -54,12 +54,12 @@ impl Engine {
         }
     }
 
-    /// Takes the newest inspection of the file in the import window.
+    /// Takes the newest inspection of the file in the import page.
     pub(super) fn take_preview(&mut self) {
         let has_failed = self.preview.take_events().contains(&LaneEvent::Problem);
         let problem = self.preview.problem().filter(|_| has_failed && self.importing.is_none());
         if let Some(problem) = problem.map(str::to_owned) {
-            // The import window is closed, so the reason is shown as a message.
+            // The import page is closed, so the reason is shown as a message.
             self.notice(Level::Error, problem);
         }
         if !self.preview.happened().is_empty()

@@ -7,4 +7,6 @@ pub(crate) mod shown;
 
 pub(crate) use query::{ErrorBudget, error_budget};
 pub(crate) use remedies::{Action, Remedy, remedies};
+#[cfg(feature = "gui")]
+pub(crate) use shown::Row;
 pub(crate) use shown::budget_table;

@@ -9,19 +9,64 @@ use crate::{
 };
 
 /// Row of the table.
-#[derive(Clone, Copy)]
-enum Row {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Row {
     Total,
     Cause(Cause),
     Noise,
     Unexplained,
 }
 
+impl Row {
+    /// Returns all rows: the total, the causes, and what is left.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let causes = Cause::iter().map(Self::Cause);
+        [Self::Total].into_iter().chain(causes).chain([Self::Noise, Self::Unexplained])
+    }
+
+    pub fn name(self, budget: &Budget) -> &'static str {
+        match self {
+            Self::Total => "error",
+            Self::Cause(cause) => cause.name(budget.are_segments),
+            Self::Noise => "noise",
+            Self::Unexplained => "unexplained",
+        }
+    }
+
+    /// Returns the part of the mean squared error; 0 for a cause that was not found.
+    pub fn square(self, shares: &Shares) -> f64 {
+        match self {
+            Self::Total => shares.total,
+            Self::Noise => shares.noise,
+            Self::Unexplained => shares.unexplained,
+            Self::Cause(cause) => {
+                let found = shares.shares.iter().find(|share| share.cause == cause);
+                found.map_or(0.0, |share| share.square)
+            }
+        }
+    }
+
+    /// Returns the root share in % of full scale, or words that say why there is none.
+    pub fn cell(self, budget: &Budget, shares: &Shares) -> Cell {
+        match self {
+            Self::Noise if !budget.noise_is_known => Cell::words("not known"),
+            Self::Cause(cause) if shares.shares.iter().all(|share| share.cause != cause) => {
+                Cell::words(match cause {
+                    _ if budget.in_model.contains(&cause) => "in the model",
+                    _ if !budget.tested.contains(&cause) => "not tested",
+                    _ if shares.perhaps.contains(&cause) => "perhaps",
+                    _ => "not found",
+                })
+            }
+            _ => Cell::digits(Some(100.0 * self.square(shares).max(0.0).sqrt()), 3),
+        }
+    }
+}
+
 /// Returns the table of the budgets: a row for each cause, a column for each pool of axes whose error is split, root shares in %
 /// of full scale. The squares of the shares add to the square of the total.
 pub fn budget_table(of: &ErrorBudget) -> Table {
-    let rows = [Row::Total].into_iter().chain(Cause::iter().map(Row::Cause));
-    let rows: Vec<Row> = rows.chain([Row::Noise, Row::Unexplained]).collect();
+    let rows: Vec<Row> = Row::all().collect();
     let uncompensated = [("", &of.uncompensated)];
     let compensated = of.compensated.iter().map(|own| (", compensated", own));
     let budgets: Vec<(&str, &Budget)> = uncompensated.into_iter().chain(compensated).collect();
@@ -34,29 +79,7 @@ pub fn budget_table(of: &ErrorBudget) -> Table {
     let head =
         |(name, ..): &(String, &Budget, &Shares)| Column::numbers(name.as_str()).unit("% FS");
     Table::of(&rows)
-        .words("Cause", |row| match row {
-            Row::Total => "error".to_owned(),
-            Row::Cause(cause) => cause.name(of.uncompensated.are_segments).to_owned(),
-            Row::Noise => "noise".to_owned(),
-            Row::Unexplained => "unexplained".to_owned(),
-        })
-        .columns(columns, head, |row, (_, budget, shares)| cell(**row, budget, shares))
+        .words("Cause", |row| row.name(&of.uncompensated))
+        .columns(columns, head, |row, (_, budget, shares)| row.cell(budget, shares))
         .table("Where the error comes from", of.sentences().join(" "))
-}
-
-fn cell(row: Row, budget: &Budget, shares: &Shares) -> Cell {
-    let shown = |square: f64| Cell::digits(Some(100.0 * square.max(0.0).sqrt()), 3);
-    match row {
-        Row::Total => shown(shares.total),
-        Row::Noise if budget.noise_is_known => shown(shares.noise),
-        Row::Noise => Cell::words("not known"),
-        Row::Unexplained => shown(shares.unexplained),
-        Row::Cause(cause) => match shares.shares.iter().find(|own| own.cause == cause) {
-            Some(own) => shown(own.square),
-            None if budget.in_model.contains(&cause) => Cell::words("in the model"),
-            None if !budget.tested.contains(&cause) => Cell::words("not tested"),
-            None if shares.perhaps.contains(&cause) => Cell::words("perhaps"),
-            None => Cell::words("not found"),
-        },
-    }
 }

@@ -23,7 +23,8 @@ const NORMAL: f64 = 1.959_963_984_540_054;
 /// Minimum number of left-out groups for an expected error. Without them, the same number of test recordings is enough.
 pub(crate) const MIN_GROUPS: usize = 3;
 
-/// Minimum number of load cases for an expected error of a table. The conformal rank of 95 % does not exist for fewer.
+/// Minimum number of load cases of a table with an expected error. Of fewer cases, even the largest error is exceeded by more
+/// than 5 % of further errors on average (conformal prediction).
 pub(crate) const MIN_CASES: usize = 20;
 
 /// Minimum load range that gives an axis an expected error, as a share of the largest load range among the axes with the same
@@ -61,7 +62,7 @@ impl HeldOutErrors {
         Self { sizes: vec![Vec::new(); n_axes], ..Self::default() }
     }
 
-    /// Returns the number of left-out groups or of test recordings that the errors come from.
+    /// Returns the number of groups: left-out groups, or test recordings.
     pub fn n_groups(&self) -> usize {
         self.groups.len()
     }
@@ -98,8 +99,7 @@ impl HeldOutErrors {
     /// Returns the value within which 95 % of the errors of **another** group are expected, per axis; `None` with fewer than
     /// two groups.
     ///
-    /// The errors of a group are not independent, so few groups determine the value only roughly. Two widenings allow for
-    /// this. The rank of the value is that of a conformal prediction from `G / s⁴` independent values, where `G` is the
+    /// The errors of a group are alike, so few groups determine the value only roughly. Therefore it is widened twice. The rank of the value is that of a conformal prediction from `G / s⁴` independent values, where `G` is the
     /// number of groups and `s` is the share of the mean square that the groups' mean errors have: `s` is 1 for a table of
     /// load cases. The value is multiplied by the ratio of two quantiles: Student's t and normal. The degrees of freedom
     /// follow from the differences between the mean squares of the groups.
@@ -217,8 +217,8 @@ pub fn expected_from(
     })
 }
 
-/// Returns the number of load cases if the recordings that are held out are tables of load cases. The training recordings count,
-/// or without any, the test recordings.
+/// Returns the number of load cases of the training recordings, if they are tables of load cases. If there are no training
+/// recordings, the test recordings count.
 fn n_cases(entries: &[Entry], axes: &[(Axis, f64)]) -> Option<usize> {
     let recordings = [Role::Train, Role::Test].map(|role| in_role(entries, role));
     let held_out = recordings.into_iter().find(|recordings| !recordings.is_empty())?;

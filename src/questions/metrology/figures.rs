@@ -196,8 +196,8 @@ pub struct Metrology {
 }
 
 impl Metrology {
-    /// Returns the rows that tables show: those with a figure of at least one axis, or with one below noise. If no row has a figure, all rows are
-    /// returned, so that the tables show the reasons. Files contain all rows, with the reasons.
+    /// Returns the rows that tables show: those with a figure of at least one axis, or with one below noise. If no row has a
+    /// figure, all rows are returned, so that the tables show the reasons. Files contain all rows, with the reasons.
     pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
         let has_figure = |row: &Row| {
             row.cells.iter().any(|cell| {

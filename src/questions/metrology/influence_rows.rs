@@ -1,4 +1,4 @@
-//! Metrology rows of noise and of temperature.
+//! Rows of the metrology table for the noise of the load, and for the effect of the temperature on zero and span.
 
 use crate::{
     min_max::MinMax,
@@ -11,7 +11,7 @@ use crate::{
     recording::median::white_noise,
 };
 
-/// Change of the temperature for which its effects are stated (°C).
+/// The effects are given for this change of the temperature (°C).
 const PER: f64 = 10.0;
 /// Smallest range of temperatures from which their effects are computed (°C).
 const LEAST: f64 = 2.0;

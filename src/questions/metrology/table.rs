@@ -30,11 +30,12 @@ const BEYOND: f64 = 1.2;
 /// Span of the largest cycle, as a share of the load range, below which a finding warns of a small cycle.
 const SMALL: f64 = 0.6;
 
-/// Returns the metrology table of these recordings. `lags` measures their time lags, see [`lags_of`](crate::questions::metrology::lags_of).
+/// Returns the metrology table of these recordings. `lags` measures their time lags, see
+/// [`lags_of`](crate::questions::metrology::lags_of).
 ///
 /// # Errors
-/// [`MetrologyError`] if a setting is out of range, if `lags` is cancelled, or if the lengths of the inputs do not match. A figure that the data do not
-/// determine is no error: its cell has a [`Reason`].
+/// [`MetrologyError`] if a setting is out of range, if `lags` is cancelled, or if the lengths of the inputs do not match. A
+/// figure that the data do not determine is no error: its cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,

@@ -1,4 +1,4 @@
-//! Foot of the import window: the recordings that would be loaded, the problems, and the buttons.
+//! Foot of the import page: the recordings that would be loaded, the problems, and the buttons.
 
 use egui::{RichText, TextEdit};
 
