@@ -176,6 +176,8 @@ pub struct Engine {
     n_notices: u64,
     /// Files that wait until the user confirms that they may be written, and the question's reason.
     pub replacing: Option<(Output, Doubt)>,
+    /// Files that wait until the user has answered about those in `replacing`.
+    pub(super) replaced_next: Vec<(Output, Doubt)>,
     /// The document at the last export, and the result of each exported file.
     exported: Option<(Project, Exported)>,
     /// Number of documents that began since the start of the program. The window shows each document with fresh panes.

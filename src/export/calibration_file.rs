@@ -4,7 +4,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::target::{Refusal, of_target};
+use super::target::{Refusal, Target, of_target};
 use super::targets::{self, TARGETS, asks_for_folder, target_for};
 use crate::{
     calibration::Calibration,
@@ -52,6 +52,31 @@ pub fn add_calibration(
         return files.folder(path, || targets::files(calibration, &name));
     }
     files.write(path, |out| (target.write)(&of_target(target, calibration, &name)?, out))
+}
+
+/// Returns the size of the file of each format (bytes), in the order of [`TARGETS`]; `None` for a format that cannot hold the
+/// calibration.
+pub fn file_sizes(calibration: &Calibration, name: &str) -> Vec<Option<u64>> {
+    let size = |target: &&Target| {
+        let mut counted = Counted(0);
+        (target.write)(&of_target(target, calibration, name).ok()?, &mut counted).ok()?;
+        Some(counted.0)
+    };
+    TARGETS.iter().map(size).collect()
+}
+
+/// Counts the bytes that are written to it.
+struct Counted(u64);
+
+impl io::Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Returns a warning if the file at this path would leave out a part of the calibration; see

@@ -22,7 +22,7 @@ pub(crate) use atomic::{
     Together, WriteError, clean_up_in, interrupt_stops, interrupted_code, write_atomically,
 };
 pub(crate) use calibration_file::{
-    ReadCalibrationError, add_calibration, caution, read_with_notes,
+    ReadCalibrationError, add_calibration, caution, file_sizes, read_with_notes,
 };
 pub use calibration_file::{read_calibration, write_calibration};
 pub use code::Footprint;
@@ -33,7 +33,7 @@ pub use hash::sha256;
 pub(crate) use sources::used_recordings;
 pub use sources::with_sources;
 pub use target::Export;
-pub(crate) use target::{Outline, Target};
+pub(crate) use target::{Held, Outline, PARTS, Target};
 pub use targets::{TARGETS, name_gauges, target_for};
 pub(crate) use targets::{known_target, listed_targets, names_gauges, target_endings};
 pub(crate) use template::filled_markup;

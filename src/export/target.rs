@@ -20,6 +20,8 @@ pub type ReadBack = fn(&[u8]) -> Result<(Calibration, Vec<String>), Refusal>;
 /// A format of calibration files. All formats are listed in [`TARGETS`](super::TARGETS).
 pub struct Target {
     pub name: &'static str,
+    /// What people need the file for, as the list of the window names it.
+    pub purpose: &'static str,
     /// File name endings, in lower case and without the dot; the usual one first.
     pub endings: &'static [&'static str],
     pub holds: &'static str,
@@ -34,6 +36,39 @@ pub struct Target {
     pub reader: Option<ReadBack>,
     /// True if the files contain the names of the gauges. Otherwise gauges are identified by their order.
     pub names_gauges: bool,
+    pub parts: fn(&Calibration) -> [Held; 4],
+}
+
+/// What a file has of one of the [`PARTS`] of a calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Held {
+    Whole,
+    LeftOut,
+    /// The calibration, or the kind of file, has no such part.
+    NoPart,
+}
+
+/// Parts of a calibration whose absence from a file matters to a user.
+pub const PARTS: [&str; 4] = ["compensation", "offset", "names", "self-test"];
+
+/// Returns the parts of a file that leaves nothing out and has no self-test.
+pub(super) fn all_parts(calibration: &Calibration) -> [Held; 4] {
+    let held = |is_there: bool| if is_there { Held::Whole } else { Held::NoPart };
+    [held(is_compensated(calibration)), held(calibration.offset), Held::Whole, Held::NoPart]
+}
+
+/// Returns the parts of a file of matrices, which cannot hold a network or kernel.
+pub(super) fn linear_parts(calibration: &Calibration) -> [Held; 4] {
+    let [compensation, others @ ..] = all_parts(calibration);
+    let compensation = calibration.learned.as_ref().map_or(compensation, |_| Held::LeftOut);
+    let [offset, names, test] = others;
+    [compensation, offset, names, test]
+}
+
+/// Returns true if the compensated load differs from the conventional load.
+pub(super) fn is_compensated(calibration: &Calibration) -> bool {
+    calibration.learned.is_some()
+        || calibration.columns().len() > calibration.conventional.columns.len()
 }
 
 impl Target {
@@ -41,6 +76,7 @@ impl Target {
     /// replaces what is different.
     pub(super) const PLAIN: Self = Self {
         name: "",
+        purpose: "",
         endings: &[],
         holds: "",
         leaves_out: |_| "nothing",
@@ -49,6 +85,7 @@ impl Target {
         write: |_, _| Ok(()),
         reader: None,
         names_gauges: true,
+        parts: all_parts,
     };
 }
 

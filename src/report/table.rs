@@ -346,6 +346,17 @@ impl Table {
         order
     }
 
+    /// Removes all other columns.
+    pub(crate) fn keep_columns(&mut self, is_kept: impl Fn(&Column) -> bool) {
+        let kept: Vec<bool> = self.columns.iter().map(is_kept).collect();
+        for row in &mut self.rows {
+            let mut at = kept.iter();
+            row.retain(|_| *at.next().unwrap_or(&true));
+        }
+        let mut at = kept.iter();
+        self.columns.retain(|_| *at.next().unwrap_or(&true));
+    }
+
     /// Returns the table with its rows in the order of these indices.
     pub fn in_order(mut self, order: &[usize]) -> Self {
         let rows = order.iter().map(|at| std::mem::take(&mut self.rows[*at]));

@@ -1,18 +1,14 @@
 //! Pane with the errors of each axis, which also chooses the axes that the traces show.
 
-use std::sync::Arc;
-
-use egui::{Label, Rect, RichText, Sense, Stroke, Ui, Vec2, WidgetInfo};
+use egui::{Label, Rect, RichText, Sense, Ui, Vec2, WidgetInfo};
 
 use crate::{
     engine::Engine,
     finding::Face,
-    questions::{
-        Analysis, AxisTraces, TraceSet, errors::errors, expected_error::query::AskExpectedError,
-    },
+    questions::{Analysis, AxisTraces, errors::errors, expected_error::query::AskExpectedError},
     recording::Channel,
     report::{Shown, Table},
-    scoring::{Series, score_set::ScoreSet},
+    scoring::score_set::ScoreSet,
     ui::{
         channels_pane,
         command::{Command, Out, Pane},
@@ -21,6 +17,7 @@ use crate::{
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors, Scope},
+        small_plot::{range, small_plot},
         status_line::preview_of,
     },
 };
@@ -160,7 +157,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             ui.add(Label::new(RichText::new(axis.label()).color(color)).selectable(false));
         });
         if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == *axis) {
-            small_plot(ui, &analysis.traces, traces, columns.plot);
+            errors_over_time(ui, traces, columns.plot);
         }
         let pair = errors
             .as_ref()
@@ -193,33 +190,15 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
     }
 }
 
-/// Draws the errors over the whole time, as thin lines.
-fn small_plot(ui: &Ui, traces: &TraceSet, axis: &AxisTraces, place: Rect) {
-    let n = traces.times.len();
-    let painter = ui.painter_at(place);
-    painter.rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
-    let columns = (place.width() as usize).min(n);
+/// Draws the errors over the whole time, as thin lines about zero.
+fn errors_over_time(ui: &Ui, axis: &AxisTraces, place: Rect) {
     let lines = [Trace::Conventional, Trace::Compensated];
-    let lines: Vec<(Trace, &Arc<Series>)> =
-        lines.into_iter().filter_map(|trace| Some((trace, axis.error(trace)?))).collect();
-    let ends = lines.iter().filter_map(|(_, series)| series.min_max(0..n));
-    let largest = ends.fold(0.0, |most: f64, (low, high)| most.max(-low).max(high));
-    if columns == 0 || largest == 0.0 {
-        return;
-    }
-    let y_of = |value: f64| place.center().y - (0.48 * value / largest) as f32 * place.height();
-    for (trace, series) in lines {
-        let stroke = Stroke::new(1.0, trace.color(ui.visuals()));
-        let points = (0..columns).flat_map(|column| {
-            let samples =
-                column * n / columns..((column + 1) * n / columns).max(column * n / columns + 1);
-            let x = place.left() + (column as f32 + 0.5) * place.width() / columns as f32;
-            let ends = series.min_max(samples);
-            ends.into_iter().flat_map(move |(low, high)| [(x, low), (x, high)])
-        });
-        let points = points.map(|(x, value)| egui::pos2(x, y_of(value))).collect();
-        painter.add(egui::Shape::line(points, stroke));
-    }
+    let lines = lines.into_iter().filter_map(|trace| Some((trace, axis.error(trace)?)));
+    let lines: Vec<_> =
+        lines.map(|(trace, series)| (trace.color(ui.visuals()), &**series)).collect();
+    let (low, high) = range(lines.iter().map(|(_, series)| *series));
+    let largest = high.max(-low);
+    small_plot(ui, place, (-largest, largest), &lines);
 }
 
 /// Returns a table with one row for each axis: the errors on training samples, on test samples and by cross-validation.

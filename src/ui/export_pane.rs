@@ -1,26 +1,44 @@
-//! Pane of the exports: the identity of the sensor, the path, the button that writes all chosen files, and a row for each
-//! format.
+//! Pane of the exports: the identity of the sensor, a row for each purpose of a file, and below them the path and the button
+//! that writes all chosen files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Label, RichText, TextEdit, Ui};
+use egui::{Label, Rect, RichText, TextEdit, Ui, UiBuilder};
 
 use crate::{
+    calibration::Calibration,
     engine::{Action, Edit, Engine, Existing},
-    export::{Footprint, Outline, TARGETS, Target, known_target, target_endings},
+    export::{Footprint, Held, Outline, PARTS, TARGETS, Target, known_target, target_endings},
     finding::Face,
-    questions::{errors::cold_start::AskColdStart, history::AskHistory},
+    questions::{
+        errors::cold_start::AskColdStart,
+        history::{AskFileSizes, AskHistory},
+    },
     recording::Item,
     shown::{counted, first},
     ui::{
         command::{Command, Out, Pane},
-        controls::Controls as _,
+        controls::{Controls as _, place, place_right},
         pane::{Cx, PaneView},
     },
 };
 
-const BUTTONS: f32 = 118.0;
+/// Width of the buttons beside the path (points).
+const BUTTONS: f32 = 190.0;
+const WRITE_WIDTH: f32 = 120.0;
+const FOOT_HEIGHT: f32 = 112.0;
+const HEAD_HEIGHT: f32 = 32.0;
+const ROW_HEIGHT: f32 = 34.0;
+/// Widths of the columns (points). The purpose takes the rest.
+const FILE_WIDTH: f32 = 46.0;
+const PART_WIDTH: f32 = 84.0;
+const SIZE_WIDTH: f32 = 46.0;
+const REMARK_WIDTH: f32 = 110.0;
+/// Width below which the list scrolls sideways (points).
+const LEAST_WIDTH: f32 = 700.0;
+/// File name ending of the report.
+const REPORT: &str = "html";
 /// Minimum width of a field of the identity, in points.
 const FIELD: f32 = 150.0;
 /// Items of the identity that are always in sight.
@@ -36,6 +54,7 @@ pub const PANE: Pane = Pane {
 #[derive(Debug)]
 pub struct View {
     path: String,
+    /// File name endings of the formats that are written beside the typed path.
     also: Vec<&'static str>,
 }
 
@@ -49,60 +68,66 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
         identity(ui, cx.engine, cx.out);
         ui.separator();
-        self.export_row(ui, cx.engine, cx.out);
-        let Some(analysis) = cx.engine.analysis() else { return };
-        let calibration = &analysis.calibration;
-        if let Some((of, exact)) = cx.engine.exact().filter(|(_, exact)| exact.fitted) {
-            let calibration = Arc::clone(&exact.calibration);
-            let ask = AskColdStart { request: of.clone(), calibration };
-            if let Some((asked, Some(found))) = cx.engine.lane::<AskColdStart>().whole()
-                && *asked == ask
-            {
-                ui.warn(found.text(Face::Window));
+        let whole = ui.available_rect_before_wrap();
+        let top = (whole.bottom() - FOOT_HEIGHT).max(whole.top());
+        let foot = whole.with_min_y(top);
+        if let Some(analysis) = cx.engine.analysis() {
+            let sizes = AskFileSizes(Arc::clone(&analysis.calibration));
+            let place = UiBuilder::new().max_rect(whole.with_max_y(top)).id_salt("formats");
+            ui.scope_builder(place, |ui| {
+                ui.scrolled(|ui| self.checklist(ui, cx.engine, &analysis.calibration));
+            });
+            if cx.engine.is_current() {
+                cx.ask(sizes);
             }
-            cx.ask(ask);
         }
-        let footprint = Footprint::of(calibration);
-        let on_controller = format!("Needed on a controller, {footprint}");
-        if !footprint.is_large() {
-            ui.weak(on_controller);
-        } else {
-            ui.warn(on_controller).on_hover_text("To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play");
-        }
-        if footprint.is_large()
-            && let Some((of, _)) = cx.engine.exact()
-        {
-            let ask = AskHistory(of.clone());
-            let lane = cx.engine.lane::<AskHistory>();
-            if let Some((asked, Some(coarse))) = lane.whole()
-                && *asked == ask
-            {
-                ui.horizontal_wrapped(|ui| {
-                    let does = "Stores fewer earlier samples: sets this history rate and fits the model again";
-                    if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), does) {
-                        let mut settings = of.settings.clone();
-                        settings.history_rate_hz = coarse.rate_hz;
-                        cx.out.send(Edit::Settings(settings));
-                    }
-                    ui.label(coarse.to_string());
-                });
-            }
-            cx.ask(ask);
-        }
-        let outline = Outline::of(calibration);
-        ui.scrolled(|ui| {
-            for target in TARGETS {
-                ui.separator();
-                let refusal = (target.refusal)(&outline);
-                let left_out = (target.leaves_out)(calibration);
-                self.format_row(ui, target, (refusal.is_none(), left_out), cx.engine);
-                if let Some(refusal) = refusal {
-                    ui.warn(refusal);
-                } else if let Some(caution) = (target.caution)(calibration) {
-                    ui.warn(format!("This format leaves out {caution}"));
-                }
-            }
+        let line = ui.visuals().widgets.noninteractive.bg_stroke;
+        ui.painter().hline(foot.x_range(), foot.top(), line);
+        let place = UiBuilder::new().max_rect(foot.with_min_y(top + 8.0)).id_salt("foot");
+        ui.scope_builder(place, |ui| {
+            self.export_row(ui, cx.engine, cx.out);
+            self.outcome(ui, cx.engine);
+            controller(ui, cx);
         });
+    }
+}
+
+/// Draws the memory that a controller needs, and a history rate that needs less of it if it is large; then what the calibration
+/// does after a cold start.
+fn controller(ui: &mut Ui, cx: &mut Cx<'_>) {
+    let Some(analysis) = cx.engine.analysis() else { return };
+    let footprint = Footprint::of(&analysis.calibration);
+    if footprint.is_large()
+        && let Some((of, _)) = cx.engine.exact()
+    {
+        let ask = AskHistory(of.clone());
+        if let Some((asked, Some(coarse))) = cx.engine.lane::<AskHistory>().whole()
+            && *asked == ask
+        {
+            ui.horizontal(|ui| {
+                let does =
+                    "Stores fewer earlier samples: sets this history rate and fits the model again";
+                if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), does) {
+                    let mut settings = of.settings.clone();
+                    settings.history_rate_hz = coarse.rate_hz;
+                    cx.out.send(Edit::Settings(settings));
+                }
+                let text = coarse.to_string();
+                ui.add(Label::new(RichText::new(&text).weak()).truncate()).on_hover_text(text);
+            });
+        }
+        cx.ask(ask);
+    }
+    if let Some((of, exact)) = cx.engine.exact().filter(|(_, exact)| exact.fitted) {
+        let calibration = Arc::clone(&exact.calibration);
+        let ask = AskColdStart { request: of.clone(), calibration };
+        if let Some((asked, Some(found))) = cx.engine.lane::<AskColdStart>().whole()
+            && *asked == ask
+        {
+            let text = RichText::new(found.text(Face::Window)).color(ui.visuals().warn_fg_color);
+            ui.add(Label::new(text).truncate());
+        }
+        cx.ask(ask);
     }
 }
 
@@ -148,43 +173,160 @@ fn identity(ui: &mut Ui, engine: &Engine, out: &mut Out) {
 }
 
 impl View {
+    /// Draws a row for each purpose: the file, whether it holds each part of the calibration, its size, and a remark.
+    fn checklist(&mut self, ui: &mut Ui, engine: &Engine, calibration: &Calibration) {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let outline = Outline::of(calibration);
+        let sizes = engine.lane::<AskFileSizes>().whole();
+        let sizes = sizes.filter(|(asked, _)| std::ptr::eq(&*asked.0, calibration));
+        let columns = Columns::next(ui, HEAD_HEIGHT);
+        place(ui, columns.purpose, |ui| {
+            ui.label(RichText::new("What do you need it for?").size(15.0))
+        });
+        place(ui, columns.file, |ui| ui.weak("file"));
+        for (part, place) in PARTS.into_iter().zip(columns.parts) {
+            centred(ui, place, RichText::new(part).weak())
+                .on_hover_text("✔ contained, ✕ left out, – not part of it");
+        }
+        place_right(ui, columns.size, |ui| ui.weak("[kB]"));
+        for (at, target) in TARGETS.iter().enumerate() {
+            let refusal = (target.refusal)(&outline);
+            let size = sizes.and_then(|(_, sizes)| *sizes.get(at)?);
+            self.format_row(ui, target, (refusal, size), calibration, engine);
+        }
+        let columns = Columns::next(ui, ROW_HEIGHT);
+        place(ui, columns.purpose, |ui| {
+            let about = "Writes the results to one HTML page with tables, loops and traces, to print or to send";
+            self.tick(ui, (REPORT, false), "Report for people", about);
+        });
+        place(ui, columns.file, |ui| ui.weak(".html"));
+        result(ui, columns.remark, self.path_of(&[REPORT]), engine);
+    }
+
+    /// Draws the tick of a format. A format whose ending is typed loses it with its tick.
+    fn tick(
+        &mut self,
+        ui: &mut Ui,
+        (ending, is_typed): (&'static str, bool),
+        name: &str,
+        about: &str,
+    ) {
+        let mut chosen = is_typed || self.also.contains(&ending);
+        if ui.tick(&mut chosen, name, about) {
+            if is_typed {
+                self.path =
+                    PathBuf::from(self.path.trim()).with_extension("").display().to_string();
+            }
+            self.also.retain(|other| *other != ending);
+            self.also.extend(chosen.then_some(ending));
+        }
+    }
+
+    fn format_row(
+        &mut self,
+        ui: &mut Ui,
+        target: &Target,
+        (refusal, size): (Option<String>, Option<u64>),
+        calibration: &Calibration,
+        engine: &Engine,
+    ) {
+        let columns = Columns::next(ui, ROW_HEIGHT);
+        let ending = target.endings[0];
+        let left_out = (target.leaves_out)(calibration);
+        let about =
+            format!("{} (.{ending}): holds {}; leaves out {left_out}", target.name, target.holds);
+        let is_typed = self.is_typed(target.endings);
+        place(ui, columns.purpose, |ui| {
+            ui.add_enabled_ui(refusal.is_none(), |ui| {
+                self.tick(ui, (ending, is_typed), target.purpose, &about);
+            });
+        });
+        place(ui, columns.file, |ui| ui.weak(format!(".{ending}")));
+        if let Some(refusal) = refusal {
+            let text = Label::new(RichText::new(&refusal).weak()).truncate();
+            let rest = columns.remark.with_min_x(columns.parts[0].left());
+            place(ui, rest, |ui| ui.add(text)).on_hover_text(refusal);
+            return;
+        }
+        for (held, place) in (target.parts)(calibration).into_iter().zip(columns.parts) {
+            let mark = match held {
+                Held::Whole => RichText::new("✔").strong(),
+                Held::LeftOut => RichText::new("✖").color(ui.visuals().warn_fg_color),
+                Held::NoPart => RichText::new("–").weak(),
+            };
+            centred(ui, place, mark);
+        }
+        if let Some(bytes) = size {
+            place_right(ui, columns.size, |ui| {
+                ui.label(format!("{:.0}", (bytes as f64 / 1e3).ceil()))
+            });
+        }
+        if result(ui, columns.remark, self.path_of(target.endings), engine) {
+            return;
+        }
+        if let Some(caution) = (target.caution)(calibration) {
+            let remark = if calibration.offset { "tare first" } else { "uncompensated" };
+            place(ui, columns.remark, |ui| ui.warn(remark))
+                .on_hover_text(format!("This format leaves out {caution}"));
+        } else if ending == "h" {
+            let footprint = Footprint::of(calibration);
+            let text = format!("{:.1} kB of RAM", footprint.memory as f64 / 1e3);
+            let label = place(ui, columns.remark, |ui| {
+                if footprint.is_large() { ui.warn(text) } else { ui.weak(text) }
+            });
+            label.on_hover_text(format!("Needed on a controller, {footprint}. To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play"));
+        }
+    }
+
     fn export_row(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
-        let paths = ui.horizontal(|ui| {
+        ui.horizontal(|ui| {
             let label = ui.label("Export to");
             let field = TextEdit::singleline(&mut self.path)
                 .hint_text(format!("path ending in one of {}", target_endings()))
-                .desired_width((ui.available_width() - BUTTONS).clamp(40.0, 400.0));
+                .desired_width((ui.available_width() - BUTTONS).clamp(40.0, 480.0));
             let field = ui.add(field).labelled_by(label.id).on_hover_text(
-                "Path of the exported calibration; its ending chooses the format. The Enter key writes the files",
+                "Folder and name of the files; an ending chooses a format, as a tick does. The Enter key writes the files",
             );
             let entered = ui.entered(&field);
-            let paths = self.paths(engine);
-            let names = first(TARGETS.len(), paths.iter().map(|path| path.display().to_string()));
-            let about = if paths.is_empty() {
-                "No file can be written: type a path whose format can hold this calibration, or select a format below"
-                    .to_owned()
-            } else {
-                format!("Writes {names}")
-            };
-            let is_possible = engine.analysis().is_some() && !paths.is_empty();
-            let write = ui.add_enabled(is_possible, egui::Button::new("Write files"));
-            let write = write.on_hover_text(&about).on_disabled_hover_text(about);
-            if write.clicked() || entered && is_possible {
-                out.send(Action::Export(paths.clone(), Existing::Ask));
-            }
             let about = "Opens a dialog in which the file to write is chosen";
             if ui.press_if(engine.analysis().is_some(), "…", about) {
                 out.send(Command::ChooseExport);
             }
-            paths
+            let paths = self.paths(engine);
+            let report = self.path_of(&[REPORT]);
+            let all = paths.iter().chain(&report);
+            let names = first(TARGETS.len(), all.map(|path| path.display().to_string()));
+            let n_files = paths.len() + usize::from(report.is_some());
+            let about = match n_files {
+                0 => "Select a purpose above, or type a path whose ending names a format".to_owned(),
+                _ => format!("Writes {names}"),
+            };
+            let is_possible = engine.analysis().is_some() && n_files > 0;
+            let text = RichText::new(format!("Write {}", counted(n_files, "file")));
+            let write = egui::Button::new(text).min_size(egui::vec2(WRITE_WIDTH, 28.0));
+            let write = ui.add_enabled(is_possible, write);
+            let write = write.on_hover_text(&about).on_disabled_hover_text(about);
+            if write.clicked() || entered && is_possible {
+                if !paths.is_empty() {
+                    out.send(Action::Export(paths, Existing::Ask));
+                }
+                if let Some(path) = report {
+                    out.send(Action::Save(engine.report_content(), path, Existing::Ask));
+                }
+            }
         });
-        let paths = paths.inner;
+    }
+
+    /// Says in one line what was written, or what is missing. The line is always there, so that nothing moves.
+    fn outcome(&self, ui: &mut Ui, engine: &Engine) {
+        let paths: Vec<PathBuf> =
+            self.paths(engine).into_iter().chain(self.path_of(&[REPORT])).collect();
         let results = paths.iter().filter_map(|path| engine.exported(path));
         let (written, failed): (Vec<_>, Vec<_>) = results.partition(|result| result.is_ok());
         let text = format!("{} of {} written", written.len(), counted(paths.len(), "file"));
-        let unknown = known_target(self.path.trim().as_ref()).err();
-        // One line is always there, so that nothing below moves.
-        if let Some(unknown) = unknown.filter(|_| !self.path.trim().is_empty()) {
+        let typed = PathBuf::from(self.path.trim());
+        let unknown = typed.extension().and_then(|_| known_target(&typed).err());
+        if let Some(unknown) = unknown {
             ui.warn(unknown);
         } else if !failed.is_empty() {
             ui.fail(text);
@@ -197,54 +339,20 @@ impl View {
         }
     }
 
-    /// Draws the name of a format with its tick, and beside it the result of the last export in this format.
-    fn format_row(
-        &mut self,
-        ui: &mut Ui,
-        target: &Target,
-        (is_possible, left_out): (bool, &str),
-        engine: &Engine,
-    ) {
-        let ending = target.endings[0];
-        let is_typed = self.is_typed(target);
-        let mut chosen = is_typed || self.also.contains(&ending);
-        ui.horizontal(|ui| {
-            let name = RichText::new(format!("{} (.{ending})", target.name)).strong();
-            let about = format!(
-                "Writes this format, to the path above with this ending. It holds {}; it leaves out {left_out}",
-                target.holds
-            );
-            ui.add_enabled_ui(is_possible && !is_typed, |ui| {
-                if ui.tick(&mut chosen, name, about) {
-                    self.also.retain(|other| *other != ending);
-                    self.also.extend(chosen.then_some(ending));
-                }
-            });
-            let path = self.path_of(target);
-            match path.as_ref().and_then(|path| engine.exported(path)) {
-                None => {}
-                Some(Ok(())) => drop(ui.label("Written")),
-                Some(Err(reason)) => {
-                    let color = ui.visuals().error_fg_color;
-                    ui.add(Label::new(RichText::new(reason).color(color)).truncate());
-                }
-            }
-        });
-    }
-
-    fn is_typed(&self, target: &Target) -> bool {
+    fn is_typed(&self, endings: &[&str]) -> bool {
         let typed = known_target(self.path.trim().as_ref());
-        typed.is_ok_and(|typed| typed.endings == target.endings)
+        typed.is_ok_and(|typed| typed.endings == endings)
     }
 
-    /// Returns the file to write in a format: the typed path, or the same path with the ending of a ticked format.
-    fn path_of(&self, target: &Target) -> Option<PathBuf> {
+    /// Returns the file to write in a format with these endings: the typed path, or the same path with the ending of a ticked
+    /// format.
+    fn path_of(&self, endings: &[&'static str]) -> Option<PathBuf> {
         let typed = PathBuf::from(self.path.trim());
-        if self.is_typed(target) {
+        if self.is_typed(endings) {
             return Some(typed);
         }
-        let is_chosen = self.also.contains(&target.endings[0]) && !typed.as_os_str().is_empty();
-        is_chosen.then(|| typed.with_extension(target.endings[0]))
+        let is_chosen = self.also.contains(&endings[0]) && !typed.as_os_str().is_empty();
+        is_chosen.then(|| typed.with_extension(endings[0]))
     }
 
     /// Returns the files to write. Files whose format cannot hold the present calibration are omitted.
@@ -252,9 +360,61 @@ impl View {
         let Some(analysis) = engine.analysis() else { return Vec::new() };
         let outline = Outline::of(&analysis.calibration);
         let typed = PathBuf::from(self.path.trim());
-        let is_unknown = known_target(&typed).is_err() && !typed.as_os_str().is_empty();
+        let is_unknown = known_target(&typed).is_err() && typed.extension().is_some();
         let possible = TARGETS.iter().filter(|target| (target.refusal)(&outline).is_none());
-        let paths = possible.filter_map(|target| self.path_of(target));
+        let paths = possible.filter_map(|target| self.path_of(target.endings));
         is_unknown.then_some(typed.clone()).into_iter().chain(paths).collect()
     }
+}
+
+/// Places of the columns of a row.
+struct Columns {
+    purpose: Rect,
+    file: Rect,
+    parts: [Rect; PARTS.len()],
+    size: Rect,
+    remark: Rect,
+}
+
+impl Columns {
+    /// Takes the place of the next row, and divides it.
+    fn next(ui: &mut Ui, height: f32) -> Self {
+        let width = ui.available_width().max(LEAST_WIDTH);
+        let (_, row) = ui.allocate_space(egui::vec2(width, height));
+        if (row.top() / height) as i32 % 2 == 0 {
+            ui.painter().rect_filled(row, 0.0, ui.visuals().faint_bg_color);
+        }
+        let others = FILE_WIDTH + PARTS.len() as f32 * PART_WIDTH + SIZE_WIDTH + REMARK_WIDTH;
+        let mut left = row.left();
+        let mut next = |width: f32| {
+            let place = row.with_min_x(left).with_max_x(left + width);
+            left += width;
+            place
+        };
+        Self {
+            purpose: next(width - others),
+            file: next(FILE_WIDTH),
+            parts: [(); PARTS.len()].map(|()| next(PART_WIDTH)),
+            size: next(SIZE_WIDTH),
+            remark: next(REMARK_WIDTH).shrink2(egui::vec2(8.0, 0.0)),
+        }
+    }
+}
+
+fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
+    ui.put(rect, Label::new(text))
+}
+
+/// Draws the result of the last export to this file. Returns false if there was none.
+fn result(ui: &mut Ui, rect: Rect, path: Option<PathBuf>, engine: &Engine) -> bool {
+    let found = path.as_ref().and_then(|path| engine.exported(path));
+    match found {
+        None => {}
+        Some(Ok(())) => drop(place(ui, rect, |ui| ui.label("Written"))),
+        Some(Err(reason)) => {
+            let text = RichText::new(reason).color(ui.visuals().error_fg_color);
+            place(ui, rect, |ui| ui.add(Label::new(text).truncate()));
+        }
+    }
+    found.is_some()
 }

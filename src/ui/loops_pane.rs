@@ -1,6 +1,7 @@
 //! Pane of hysteresis loops with a table of loop figures (such as the width), cross-plots of any two channels, and the drift
 //! in dwells. The contents of the pane are computed in the background.
 
+mod cards;
 mod cross_view;
 mod dwell_view;
 mod linked;
@@ -22,18 +23,21 @@ use crate::{
     ui::{
         channels_pane,
         choice::choice,
-        command::{Command, Out, Pane},
+        command::{Out, Pane},
         controls::Controls as _,
         palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Drawn, Zoom},
         reversal_threshold::{dwell_secs, reversal_threshold},
-        scope::AxisChoice,
         trace_panes::trace_tick,
     },
 };
 
 const FIGURES_WIDTH: f32 = 320.0;
+/// Height of the trace and of the cards below the loop (points).
+const BELOW_HEIGHT: f32 = linked::STRIP_HEIGHT + cards::HEIGHT + 16.0;
+/// Height of the pane below which the trace is left out (points).
+const LOW: f32 = 420.0;
 
 pub const PANE: Pane = Pane {
     key: "loops",
@@ -158,7 +162,7 @@ impl LoopsPane {
         let mut measuring = before.clone();
         self.has_figures = !*presents;
         if !*presents {
-            ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring, out));
+            ui.horizontal_wrapped(|ui| self.choices(ui, engine, &mut measuring));
         }
         if measuring != *before {
             out.send(Edit::Measuring(measuring));
@@ -235,19 +239,12 @@ impl LoopsPane {
         self.zooms[self.mode as usize] = None;
     }
 
-    fn choices(
-        &mut self,
-        ui: &mut Ui,
-        engine: &Engine,
-        measuring: &mut MetrologySettings,
-        out: &mut Out,
-    ) {
+    fn choices(&mut self, ui: &mut Ui, engine: &Engine, measuring: &mut MetrologySettings) {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
             _ if self.shows_channels(engine) => {}
             Mode::Loops => {
-                self.axis_choice(ui, engine, out);
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
                 let used = match engine.lane_of::<LookAt>(PANE.key).answer() {
@@ -265,7 +262,6 @@ impl LoopsPane {
                 self.span_choice(ui, engine);
             }
             Mode::Dwells => {
-                self.axis_choice(ui, engine, out);
                 if engine.project().recordings.is_static() {
                     ui.weak("Without times there are no dwells");
                 } else {
@@ -289,17 +285,6 @@ impl LoopsPane {
 
     fn is_shown(&self, output: Trace) -> bool {
         self.shown[usize::from(output == Trace::Compensated)]
-    }
-
-    fn axis_choice(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
-        let axes = engine.project().axes();
-        let mut chosen = self.axis;
-        let all = axes.iter().map(|axis| (*axis, axis.symbol(), "Shows the plot of this axis"));
-        ui.select_from(&mut chosen, all);
-        let at = axes.iter().position(|axis| *axis == chosen);
-        if let Some(at) = at.filter(|_| chosen != self.axis) {
-            out.send(Command::Axes(AxisChoice::Only(at)));
-        }
     }
 
     fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {
@@ -340,8 +325,14 @@ impl LoopsPane {
     }
 
     fn plot_size(&self, ui: &Ui) -> egui::Vec2 {
-        let figures = if self.has_figures { FIGURES_WIDTH + 12.0 } else { 0.0 };
-        (ui.available_size() - egui::vec2(figures, 2.0)).max(egui::vec2(200.0, 160.0))
+        let beside = egui::vec2(FIGURES_WIDTH + 12.0, 2.0);
+        let others = match self.mode {
+            _ if !self.has_figures => egui::vec2(0.0, 2.0),
+            Mode::Loops if ui.available_height() < LOW => egui::vec2(0.0, cards::HEIGHT + 12.0),
+            Mode::Loops => egui::vec2(0.0, BELOW_HEIGHT),
+            _ => beside,
+        };
+        (ui.available_size() - others).max(egui::vec2(200.0, 120.0))
     }
 
     /// Draws the plot on the left. On the right, `figures` draws the table of values.

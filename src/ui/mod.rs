@@ -4,6 +4,7 @@
 mod about;
 mod actions;
 mod appearance;
+mod axes_pane;
 mod bars;
 mod blocks_panel;
 mod calibration_pane;
@@ -43,6 +44,7 @@ mod scope;
 mod setting;
 mod settings_panel;
 mod shell;
+mod small_plot;
 mod start;
 mod status_line;
 mod strip;
@@ -50,6 +52,7 @@ mod table;
 mod thresholds_pane;
 mod time_view;
 mod trace_panes;
+mod trade_pane;
 mod welcome;
 mod workspace;
 

@@ -14,15 +14,13 @@ use crate::{
         controls::Controls as _,
         numbers::elided,
         pane::{Cx, PaneView},
-        plots,
         table::{self, Sort},
     },
 };
 
 const MOST_MINUTES: f64 = 10_000.0;
-const BARS_SHARE: f32 = 0.34;
-/// Maximum number of characters of a model's name beside its bar in the chart of errors.
-const BAR_NAME_LENGTH: usize = 18;
+/// Columns that only the saved list has; the hover text of a model's name describes its features and its regressor.
+const SAVED_ONLY: [&str; 5] = ["features", "regressor", "cross-validation", "data", "trial time"];
 /// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 30;
 
@@ -69,11 +67,7 @@ impl PaneView for View {
             ui.label(remark);
         }
         ui.weak("→ proposed: the most accurate model · = the smallest model that is nearly as accurate · italic: model fitted to other recordings");
-        let width = BARS_SHARE * ui.available_width();
-        egui::Panel::right("model bars").default_size(width).show(ui, |ui| bars(ui, engine, out));
-        egui::CentralPanel::no_frame().show(ui, |ui| {
-            ui.scrolled(|ui| self.list(ui, engine, on, out));
-        });
+        ui.scrolled(|ui| self.list(ui, engine, on, out));
     }
 }
 
@@ -124,7 +118,10 @@ impl View {
 
     fn list(&mut self, ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
         let project = engine.project();
-        let table = engine.models.table(project, &[errors_on]);
+        let mut table = engine.models.table(project, &[errors_on]);
+        table.keep_columns(|column| {
+            !SAVED_ONLY.contains(&&*column.name) && !column.name.starts_with("± ")
+        });
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
             let row = &engine.models.rows[at];
             ui.push_id(row.id, |ui| more(ui, row, out));
@@ -135,59 +132,18 @@ impl View {
                 name = name.weak().italics();
             }
             let name = ui.selectable_label(row.is_present(project), name);
+            let settings = &row.model.settings;
             let name = name.on_hover_text(format!(
-                "{}\nClick to apply the settings of this model; undo restores the present settings",
-                row.name
+                "{}: {}, {}\nClick to apply the settings of this model; undo restores the present settings",
+                row.name,
+                settings.features.describe(),
+                settings.regressor.label(),
             ));
             if name.clicked() {
                 out.send(Action::BringBack(row.id));
             }
         });
     }
-}
-
-/// Draws a bar chart: the cross-validated error of each model with its standard error, in percent of the uncompensated error.
-fn bars(ui: &mut Ui, engine: &Engine, out: &mut Out) {
-    let models: Vec<(&Row, f64, f64)> = (engine.models.rows.iter())
-        .filter_map(|row| {
-            let percent = 100.0 * row.model.relative(ScoreSet::LeftOut)?;
-            Some((row, percent, 100.0 * row.model.spread.unwrap_or(0.0)))
-        })
-        .collect();
-    ui.strong("Cross-validated error, % of uncompensated");
-    let project = engine.project();
-    let visuals = ui.visuals().clone();
-    // The first model of the table is at the top of the chart.
-    let place = |at: usize| (models.len() - at) as f64;
-    let name = |value: f64| {
-        let mut all = models.iter().enumerate();
-        let row = all.find(|(at, _)| (place(*at) - value).abs() < 0.01);
-        row.map_or_else(String::new, |(_, (row, ..))| elided(&row.name, BAR_NAME_LENGTH))
-    };
-    let plot = plots::still("model bars", ui.available_size().into());
-    let plot = plots::scales(plot, Some("%"), "")
-        .include_x(0.0)
-        .y_grid_spacer(|input| {
-            let (from, to) = input.bounds;
-            let whole = from.ceil() as i64..=to.floor() as i64;
-            whole.map(|value| egui_plot::GridMark { value: value as f64, step_size: 1.0 }).collect()
-        })
-        .y_axis_formatter(move |mark, _| name(mark.value));
-    let shown = plot.show(ui, |plot| {
-        let all = models.iter().enumerate().map(|(at, (row, percent, _))| {
-            let is_present = row.is_present(project) && !row.is_stale(project);
-            let color =
-                if is_present { visuals.selection.stroke.color } else { visuals.weak_text_color() };
-            egui_plot::Bar::new(place(at), *percent).width(0.6).fill(color)
-        });
-        plot.bar_chart(egui_plot::BarChart::new("error", all.collect()).horizontal());
-        for (at, (_, percent, spread)) in models.iter().enumerate() {
-            let ends = vec![[percent - spread, place(at)], [percent + spread, place(at)]];
-            let line = egui_plot::Line::new("standard error", ends);
-            plot.line(line.color(visuals.strong_text_color()).width(2.0));
-        }
-    });
-    plots::finish(&shown.response, "Cross-validated error of the models", None, out);
 }
 
 /// Returns the table of models with training, test and cross-validated errors, in the order on screen.

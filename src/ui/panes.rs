@@ -11,7 +11,9 @@ const PANES: &[Entry] = &[
     (super::look_back_pane::PANE, of::<super::look_back_pane::View>),
     (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
+    (super::trade_pane::PANE, of::<super::trade_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
+    (super::axes_pane::PANE, of::<super::axes_pane::View>),
     (super::metrology_pane::PANE, of::<super::metrology_pane::MetrologyPane>),
     (super::errors_pane::PANE, of::<super::errors_pane::View>),
     (super::calibration_pane::PANE, of::<super::calibration_pane::View>),
@@ -36,6 +38,7 @@ pub fn needs_calibration(pane: Pane) -> bool {
     let waiting = [
         super::thresholds_pane::PANE,
         super::models_pane::PANE,
+        super::axes_pane::PANE,
         super::metrology_pane::PANE,
         super::errors_pane::PANE,
         super::calibration_pane::PANE,

@@ -4,6 +4,7 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
     appearance::focus_ring,
+    axes_pane::PANE as AXES,
     calibration_pane::PANE as CALIBRATION,
     channels_pane::PANE as CHANNELS,
     check_pane::PANE as CHECK,
@@ -20,6 +21,7 @@ use crate::ui::{
     settings_panel::PANE as SETTINGS,
     thresholds_pane::PANE as THRESHOLDS,
     trace_panes::PANE as TRACES,
+    trade_pane::PANE as TRADE,
 };
 
 /// Width of the border between two panes (points).
@@ -71,9 +73,9 @@ fn areas(workspace: Workspace) -> Vec<Area> {
     let all: &[(&'static [Pane], f32)] = match workspace {
         Workspace::Import => &[(&[TRACES, CHANNELS], 0.0), (&[RECORDINGS], 0.75), (&[NOTES], 0.25)],
         Workspace::Calibrate => &[(&[TRACES], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
-        Workspace::Loops => &[(&[LOOPS], 0.0), (&[METROLOGY], 1.0)],
+        Workspace::Loops => &[(&[LOOPS], 0.0), (&[AXES], 0.34), (&[METROLOGY], 0.66)],
         Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
-        Workspace::Models => &[(&[MODELS], 0.0), (&[ERRORS], 1.0)],
+        Workspace::Models => &[(&[MODELS], 0.0), (&[TRADE], 0.5), (&[ERRORS], 0.5)],
         Workspace::Check => &[(&[CHECK, LIVE], 0.0)],
         Workspace::Export => &[(&[EXPORT], 0.0), (&[CALIBRATION], 1.0)],
     };

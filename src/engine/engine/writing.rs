@@ -20,7 +20,8 @@ use crate::{
 impl Engine {
     /// Writes the files that wait for confirmation in [`Engine::replacing`] if `yes`; otherwise drops them.
     pub(super) fn replace(&mut self, yes: bool) {
-        match self.replacing.take().filter(|_| yes) {
+        let answered = std::mem::replace(&mut self.replacing, self.replaced_next.pop());
+        match answered.filter(|_| yes) {
             None => {}
             Some((output, Doubt::IsThere)) => {
                 self.save(Output { existing: Existing::Replace, ..output });
@@ -55,7 +56,7 @@ impl Engine {
         if let FileContent::Calibration(calibration, Some(_)) = &output.content
             && let Some(undetermined) = calibration.undetermined()
         {
-            self.replacing = Some((output, Doubt::Undetermined(undetermined)));
+            self.ask_before_writing(output, Doubt::Undetermined(undetermined));
         } else {
             self.save_whole(output);
         }
@@ -95,7 +96,7 @@ impl Engine {
             }
             results.insert(path, result);
         }
-        if let FileContent::Calibration(..) = content {
+        if let FileContent::Calibration(..) | FileContent::Report(..) = content {
             let earlier = self.exported.take().filter(|(of, _)| *of == self.project);
             let mut all = earlier.map_or_else(BTreeMap::new, |(_, files)| files);
             all.extend(results);
@@ -103,7 +104,14 @@ impl Engine {
         }
         if !existing.is_empty() {
             let output = Output { content, paths: existing, existing: Existing::Ask };
-            self.replacing = Some((output, Doubt::IsThere));
+            self.ask_before_writing(output, Doubt::IsThere);
+        }
+    }
+
+    fn ask_before_writing(&mut self, output: Output, doubt: Doubt) {
+        self.replaced_next.push((output, doubt));
+        if self.replacing.is_none() {
+            self.replacing = self.replaced_next.pop();
         }
     }
 

@@ -17,6 +17,7 @@ use crate::{
 
 pub(super) static C_ARRAY: Target = Target {
     name: "Matrix for drivers (C array)",
+    purpose: "Drivers that take a C array",
     endings: &["inc"],
     holds: "the conventional matrix, row-major",
     write,

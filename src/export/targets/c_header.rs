@@ -6,8 +6,13 @@ use crate::export::{
     text::for_block_comment,
 };
 
-pub(super) static C_HEADER: Target =
-    Target { name: "C header", endings: &["h"], write: |export, out| C.write(export, out), ..CODE };
+pub(super) static C_HEADER: Target = Target {
+    name: "C header",
+    purpose: "C on a controller",
+    endings: &["h"],
+    write: |export, out| C.write(export, out),
+    ..CODE
+};
 
 pub(super) static C: Language = Language {
     template: include_str!("../templates/calibration.h"),

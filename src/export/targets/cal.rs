@@ -29,6 +29,7 @@ use crate::{
 
 pub(super) static CAL: Target = Target {
     name: "ATI-style calibration (XML)",
+    purpose: "ATI drivers",
     endings: &["cal"],
     holds: "the conventional matrix of up to eight gauges and six axes",
     refusal: |outline| {

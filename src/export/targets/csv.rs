@@ -3,7 +3,7 @@
 use std::io;
 
 use crate::{
-    export::target::{Export, Target},
+    export::target::{Export, Target, linear_parts},
     features::Column,
     formats::csv::CsvWriter,
     shown::printable,
@@ -11,6 +11,7 @@ use crate::{
 
 pub(super) static CSV: Target = Target {
     name: "Matrices (CSV)",
+    purpose: "Spreadsheets",
     endings: &["csv"],
     holds: "matrices",
     leaves_out: |calibration| match calibration.learned {
@@ -20,6 +21,7 @@ pub(super) static CSV: Target = Target {
         None => "settings of the feature blocks (only described in words), scales",
     },
     write,
+    parts: linear_parts,
     ..Target::PLAIN
 };
 

@@ -4,6 +4,7 @@ use crate::{calibration::Calibration, export::target::Target};
 
 pub(super) static JSON: Target = Target {
     name: "Complete calibration (JSON)",
+    purpose: "LoopScope and the command line",
     endings: &["json"],
     holds: "everything",
     write: |export, out| {

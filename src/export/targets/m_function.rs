@@ -9,6 +9,7 @@ use crate::export::{
 
 pub(super) static M_FUNCTION: Target = Target {
     name: "MATLAB function",
+    purpose: "MATLAB",
     endings: &["m"],
     write: |export, out| MATLAB.write(export, out),
     ..CODE

@@ -10,6 +10,7 @@ use crate::{
 /// ASCII, because Octave reads no other characters.
 pub(super) static MATLAB: Target = Target {
     name: "MATLAB arrays",
+    purpose: "MATLAB arrays",
     endings: &["mat"],
     write: |export, out| {
         let mut arrays = arrays(export);

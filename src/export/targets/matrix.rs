@@ -3,21 +3,25 @@
 
 use crate::{
     calibration::Calibration,
-    export::target::{Export, Target},
+    export::target::{Export, Held, Target, all_parts, is_compensated},
     shown::joined,
 };
 
 pub(super) const MATRIX: Target = Target {
     leaves_out: |_| "the compensation of hysteresis, the offset (take the unloaded gauges as bias), gauge names",
     caution,
+    parts: |calibration| {
+        let [_, _, _, test] = all_parts(calibration);
+        let left_out = |part| if part == Held::Whole { Held::LeftOut } else { part };
+        let [compensation, offset, names, _] = all_parts(calibration).map(left_out);
+        [compensation, offset, names, test]
+    },
     ..Target::PLAIN
 };
 
 /// Returns a warning about the parts that the file omits; `None` if the conventional matrix is the whole calibration.
 fn caution(calibration: &Calibration) -> Option<String> {
-    let is_more = calibration.learned.is_some()
-        || calibration.columns().len() > calibration.conventional.columns.len();
-    let compensation = is_more.then(|| {
+    let compensation = is_compensated(calibration).then(|| {
         format!(
             "the compensation ({}): the file gives the conventional load",
             calibration.describe()

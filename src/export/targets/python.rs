@@ -7,6 +7,7 @@ use crate::export::{
 
 pub(super) static PYTHON: Target = Target {
     name: "Python source",
+    purpose: "Python",
     endings: &["py"],
     write: |export, out| LANGUAGE.write(export, out),
     ..CODE

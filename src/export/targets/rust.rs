@@ -7,6 +7,7 @@ use crate::export::{
 
 pub(super) static RUST: Target = Target {
     name: "Rust source",
+    purpose: "Rust",
     endings: &["rs"],
     write: |export, out| LANGUAGE.write(export, out),
     ..CODE

@@ -8,12 +8,13 @@ use std::io;
 
 use crate::export::{
     fields::{Field, Value, fields},
-    target::{Export, Target},
+    target::{Export, Target, linear_parts},
     text::for_yaml,
 };
 
 pub(super) static YAML: Target = Target {
     name: "ROS 2 parameters (YAML)",
+    purpose: "ROS 2",
     endings: &["yaml", "yml"],
     holds: "matrices, settings of the feature blocks, scales, rule for gaps",
     leaves_out: |calibration| match calibration.learned {
@@ -21,6 +22,7 @@ pub(super) static YAML: Target = Target {
         None => "nothing",
     },
     write,
+    parts: linear_parts,
     ..Target::PLAIN
 };
 

@@ -1,4 +1,4 @@
-//! History rate of an exported calibration: the number of earlier samples per second that a controller stores. The lowest
+//! Sizes of the files of a calibration, and the history rate of an exported calibration: the number of earlier samples per second that a controller stores. The lowest
 //! rate that hardly increases the error of the fit is searched.
 
 use std::fmt;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::{
     calibration::{Calibration, FitSettings, Regressor},
-    export::Footprint,
+    export::{Footprint, file_sizes},
     progress::Progress,
     questions::{
         error::AnalysisError,
@@ -111,5 +111,28 @@ impl Query for AskHistory {
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
         Ok(coarse_history(&self.0, work.progress)?)
+    }
+}
+
+/// Request for the sizes of the files of a calibration (bytes), in the order of [`TARGETS`](crate::export::TARGETS).
+#[derive(Clone, Debug)]
+pub struct AskFileSizes(pub Arc<Calibration>);
+
+impl PartialEq for AskFileSizes {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Query for AskFileSizes {
+    type Answer = Vec<Option<u64>>;
+    type Cache = ();
+
+    fn title(&self) -> String {
+        "Sizes of files".to_owned()
+    }
+
+    fn compute(&self, _: Work<'_, Self>) -> Answered<Self> {
+        Ok(file_sizes(&self.0, "calibration"))
     }
 }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use egui::{Pos2, Stroke, Ui};
+use egui::{Pos2, Sense, Stroke, Ui};
 
 use crate::{
     engine::Engine,
@@ -17,7 +17,8 @@ use crate::{
     ui::{
         numbers::{elided, significant},
         palette,
-        plots::Drawn,
+        plots::{Drawn, VALUE_AXIS_WIDTH},
+        small_plot::{range, small_plot},
         time_view::TimeView,
     },
 };
@@ -26,6 +27,8 @@ use crate::{
 const NEAR: f32 = 12.0;
 /// Maximum number of samples whose distance to the pointer is computed in a frame, so that the frame does not take long.
 const MAX_SAMPLES: usize = 200_000;
+/// Height of the load over time below the loop (points).
+pub const STRIP_HEIGHT: f32 = 84.0;
 /// Maximum number of characters of a recording's name in the tooltip.
 const NAME_LENGTH: usize = 44;
 
@@ -160,6 +163,55 @@ impl<'a> Shared<'a> {
     }
 }
 
+/// Draws the load over the time of the traces, with the load cycle under the pointer or else the visible time shaded. Returns
+/// the sample under the pointer. A press shows only the cycle, and a press outside the visible time shows the whole time.
+pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<usize> {
+    let size = egui::vec2(ui.available_width(), STRIP_HEIGHT);
+    let (whole, response) = ui.allocate_exact_size(size, Sense::click());
+    let axis = shared.axis;
+    let place = whole.with_min_x(whole.left() + VALUE_AXIS_WIDTH).shrink2(egui::vec2(0.0, 4.0));
+    let loads = [Trace::Calculated, Trace::Conventional, Trace::Compensated];
+    let lines = loads.into_iter().filter_map(|trace| {
+        let series = axis.load(trace).filter(|_| time.is_shown(trace))?;
+        Some((trace.color(ui.visuals()), &**series))
+    });
+    let lines: Vec<_> = lines.collect();
+    small_plot(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
+    response.widget_info(|| {
+        let name = format!("{} over time", axis.axis.label());
+        egui::WidgetInfo::labeled(egui::Role::Button, true, name)
+    });
+    let times = &shared.traces.times;
+    let n = times.len();
+    let x_of = |k: usize| place.left() + k as f32 / n.max(1) as f32 * place.width();
+    let pointer = response.hover_pos().filter(|at| place.contains(*at));
+    let sample = pointer.map(|at| {
+        let share = ((at.x - place.left()) / place.width()).clamp(0.0, 1.0);
+        ((share * n as f32) as usize).min(n.saturating_sub(1))
+    });
+    let cycle = sample.and_then(|k| shared.cycle_at(k)).map(|found| found.samples);
+    let visible = time.visible_time().map(|(from, to)| {
+        times.partition_point(|time| *time < from)..times.partition_point(|time| *time <= to)
+    });
+    let painter = ui.painter_at(place);
+    if let Some(shaded) = cycle.as_ref().or(visible.as_ref()) {
+        let part = place.with_min_x(x_of(shaded.start)).with_max_x(x_of(shaded.end));
+        painter.rect_filled(part, 0.0, ui.visuals().strong_text_color().gamma_multiply(0.16));
+    }
+    if let Some(k) = sample.or(time.looked_at(ui.ctx())) {
+        painter.vline(x_of(k), place.y_range(), Stroke::new(1.0, palette::present(ui.visuals())));
+    }
+    let about = "The load in the recording of the traces. A press shows the load cycle alone; a press outside the shaded time shows all cycles again";
+    if response.on_hover_text(about).clicked() {
+        match (cycle, visible) {
+            (_, Some(visible)) if sample.is_some_and(|k| !visible.contains(&k)) => time.fit(),
+            (Some(cycle), _) => time.show_samples(cycle),
+            _ => {}
+        }
+    }
+    sample
+}
+
 /// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. Shows a tooltip if the
 /// pointer is in the loops. After a click, returns the samples of the load cycle that contains the sample.
 pub fn link(
@@ -168,11 +220,12 @@ pub fn link(
     view: &LoopView<'_>,
     shared: &Shared<'_>,
     time: &mut TimeView,
+    in_strip: Option<usize>,
 ) -> Option<Range<usize>> {
     let shown: Vec<_> = view.shown.iter().map(|curve| curve.output).collect();
     let pointer = drawn.response.hover_pos();
     let near = pointer.and_then(|pointer| shared.nearest(drawn, &shown, pointer));
-    let marked = near.map(|(k, _)| k).or(time.looked_at(ui.ctx()));
+    let marked = near.map(|(k, _)| k).or(in_strip).or(time.looked_at(ui.ctx()));
     if let Some((part, k)) = marked.and_then(|k| Some((shared.part_of(k)?, k))) {
         let painter = drawn.painter(ui);
         for output in &shown {

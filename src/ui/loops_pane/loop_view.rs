@@ -2,7 +2,7 @@
 
 use egui::Ui;
 
-use super::{LoopsPane, linked};
+use super::{LoopsPane, cards, linked};
 use crate::{
     engine::Engine,
     questions::{
@@ -38,59 +38,84 @@ pub fn show(
     };
     let mut view = LoopView::of_all(picture, gauge, pane.figures_of);
     view.shown.retain(|curve| curve.output.is_none_or(|output| pane.is_shown(output)));
-    let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
     let zoom = pane.zoom();
     let figure = |inks: &Inks| view.figure(inks, zoom);
     let shared = linked::Shared::of(picture, engine);
-    let drawn = pane.lay_out(ui, (Some(view.title()), &figure), out, |ui, pane, out| {
-        ui.horizontal(|ui| {
-            for (of, label, explanation) in [
-                (
-                    FiguresOf::Mean,
-                    "Mean loop",
-                    "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs at least three cycles that cover more than half of the range of all loads",
-                ),
-                (
-                    FiguresOf::Largest,
-                    "Largest cycle",
-                    "Shows the cycle whose rising and falling branches have the largest common range of loads",
-                ),
-            ] {
-                let can = has_mean || of == FiguresOf::Largest;
-                let button = egui::Button::selectable(of == view.figures_of, label);
-                let button = ui.add_enabled(can, button).on_hover_text(explanation);
-                if button.clicked() {
-                    pane.figures_of = of;
-                }
-            }
+    let size = pane.plot_size(ui);
+    let has_strip = pane.has_figures && ui.available_height() - size.y >= linked::STRIP_HEIGHT;
+    if pane.has_figures {
+        let label = format!("Figures of {}…", picture.question.axis.symbol());
+        let button = ui.menu_of_fields(egui::Button::new(label), |ui| {
+            ui.reset_style(); // texts and plots, not menu items
+            ui.set_width(super::FIGURES_WIDTH);
+            let reason = shared.as_ref().and_then(|shared| shared.missing());
+            details(ui, pane, &view, reason, out);
         });
-        if let Some(Err(reason @ Reason::FewCycles { .. })) = picture.curves.first().map(|curve| &curve.mean) {
-            ui.weak(format!("No mean loop: {reason}."));
-        }
-        counts(ui, &view);
-        if let Some(missing) = shared.as_ref().and_then(|shared| shared.missing()) {
-            ui.weak(missing);
-        }
-        lag(ui, pane, picture);
-        figures(ui, &view);
-        let about = "Shows the loops of all recordings";
-        if view.found().is_empty()
-            && pane.span != Span::All
-            && ui.press("All recordings", about)
-        {
-            pane.span = Span::All;
-        }
-        if !view.found().is_empty() {
-            whole_plot(ui, "loop widths", |inks| view.widths(inks), out);
-            by_rate(ui, &view, out);
-        }
-    });
+        button.on_hover_text("Widths and area of the loop, its width over the load and over the rate, and the removal of the time lag");
+    }
+    let zoom = &mut pane.zooms[super::Mode::Loops as usize];
+    let drawn = plots::plot(ui, ("Loop", Some(view.title())), size.y, figure, zoom, out);
+    let hovered = match &shared {
+        Some(shared) if has_strip => linked::strip(ui, shared, time),
+        _ => None,
+    };
+    if pane.has_figures {
+        cards::show(ui, engine, &view);
+    }
     if let Some(shared) = shared
-        && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time)
+        && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time, hovered)
     {
         // After a click on a cycle, the traces show only this cycle, and the loops show only what is visible in the traces.
         pane.span = Span::Visible;
         time.show_samples(samples);
+    }
+}
+
+/// Draws the choice of the loop that the figures describe, and its figures.
+fn details(
+    ui: &mut Ui,
+    pane: &mut LoopsPane,
+    view: &LoopView<'_>,
+    reason: Option<String>,
+    out: &mut Out,
+) {
+    let picture = view.plot;
+    let has_mean = picture.curves.iter().any(|curve| curve.mean.is_ok());
+    ui.horizontal(|ui| {
+        for (of, label, explanation) in [
+            (
+                FiguresOf::Mean,
+                "Mean loop",
+                "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs at least three cycles that cover more than half of the range of all loads",
+            ),
+            (
+                FiguresOf::Largest,
+                "Largest cycle",
+                "Shows the cycle whose rising and falling branches have the largest common range of loads",
+            ),
+        ] {
+            let can = has_mean || of == FiguresOf::Largest;
+            let button = egui::Button::selectable(of == view.figures_of, label);
+            let button = ui.add_enabled(can, button).on_hover_text(explanation);
+            if button.clicked() {
+                pane.figures_of = of;
+            }
+        }
+    });
+    if let Some(Err(reason @ Reason::FewCycles { .. })) =
+        picture.curves.first().map(|curve| &curve.mean)
+    {
+        ui.weak(format!("No mean loop: {reason}."));
+    }
+    counts(ui, view);
+    if let Some(reason) = reason {
+        ui.weak(reason);
+    }
+    lag(ui, pane, picture);
+    figures(ui, view);
+    if !view.found().is_empty() {
+        whole_plot(ui, "loop widths", |inks| view.widths(inks), out);
+        by_rate(ui, view, out);
     }
 }
 

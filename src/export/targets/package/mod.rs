@@ -17,7 +17,7 @@ use crate::{
     calibration::{Calibration, Learned, Status},
     export::{
         code::CODE,
-        target::{Target, of_target},
+        target::{Held, Target, all_parts, of_target},
         template::environment,
         text::{for_block_comment, identifier, library_name},
     },
@@ -67,6 +67,7 @@ const TEMPLATES: [(&str, &str); 11] = [
 /// Library for a calibration, in a `.zip` archive or in a folder.
 pub(super) static PACKAGE: Target = Target {
     name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
+    purpose: "C, Arduino, Rust, Python, MATLAB with self-test",
     endings: &["zip"],
     write: |export, out| {
         let folder = identifier(export.name);
@@ -74,6 +75,10 @@ pub(super) static PACKAGE: Target = Target {
             .into_iter()
             .map(|(path, content)| (format!("{folder}/{path}"), content));
         out.write_all(&zipped(CompressionMethod::Deflated, files)?)
+    },
+    parts: |calibration| {
+        let [compensation, offset, names, _] = all_parts(calibration);
+        [compensation, offset, names, Held::Whole]
     },
     ..CODE
 };

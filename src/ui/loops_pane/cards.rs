@@ -1,0 +1,149 @@
+//! Four cards below the loop: its largest and mean width, the nonlinearity of the axis, and the time lag, each without and with
+//! compensation.
+
+use egui::{Color32, FontId, Rect, Sense, Ui, Vec2, WidgetInfo};
+
+use crate::{
+    engine::Engine,
+    questions::{
+        loops::{Look, LoopView, lag_in_words, query::LookAt},
+        metrology::Quantity,
+    },
+    report::Trace,
+    ui::{metrology_pane, numbers::significant},
+};
+
+pub const HEIGHT: f32 = 64.0;
+const GAP: f32 = 8.0;
+const TITLE_SIZE: f32 = 12.0;
+const VALUE_SIZE: f32 = 20.0;
+
+struct Card {
+    title: &'static str,
+    /// Values without and with compensation, each in the colour of its load; one value for a gauge, none if not known.
+    values: Vec<(String, Color32)>,
+    unit: String,
+    /// Definition, or the reason why the value is not known.
+    about: String,
+}
+
+pub fn show(ui: &mut Ui, engine: &Engine, view: &LoopView<'_>) {
+    let cards = [
+        width(ui, view, 0, "Largest width"),
+        width(ui, view, 1, "Mean width"),
+        nonlinearity(ui, engine, view),
+        lag(ui, view),
+    ];
+    ui.add_space(GAP);
+    let (whole, _) =
+        ui.allocate_exact_size(Vec2::new(ui.available_width(), HEIGHT), Sense::hover());
+    let step = (whole.width() + GAP) / cards.len() as f32;
+    for (at, card) in cards.iter().enumerate() {
+        let left = whole.left() + at as f32 * step;
+        card.draw(ui, whole.with_min_x(left).with_max_x(left + step - GAP));
+    }
+}
+
+impl Card {
+    fn draw(&self, ui: &Ui, place: Rect) {
+        let painter = ui.painter_at(place);
+        let visuals = ui.visuals();
+        painter.rect_filled(place, 4.0, visuals.faint_bg_color);
+        let small = |text: &str, color| {
+            painter.layout_no_wrap(text.to_owned(), FontId::proportional(TITLE_SIZE), color)
+        };
+        let large = |text: &str, color| {
+            painter.layout_no_wrap(text.to_owned(), FontId::proportional(VALUE_SIZE), color)
+        };
+        let title = small(self.title, visuals.weak_text_color());
+        painter.galley(place.min + Vec2::new(12.0, 8.0), title, visuals.text_color());
+        let mut at = place.min + Vec2::new(12.0, 30.0);
+        let mut draw = |galley: std::sync::Arc<egui::Galley>, gap: f32, down: f32| {
+            let width = galley.size().x;
+            painter.galley(at + Vec2::new(0.0, down), galley, visuals.text_color());
+            at.x += width + gap;
+        };
+        if self.values.is_empty() {
+            draw(large("not known", visuals.weak_text_color()), 0.0, 0.0);
+        }
+        for (nth, (value, color)) in self.values.iter().enumerate() {
+            if nth > 0 {
+                draw(large("→", visuals.weak_text_color()), 6.0, 0.0);
+            }
+            draw(large(value, *color), 6.0, 0.0);
+        }
+        if !self.values.is_empty() {
+            draw(small(&self.unit, visuals.weak_text_color()), 0.0, 7.0);
+        }
+        let response = ui.interact(place, ui.scope_id().with(self.title), Sense::hover());
+        response.widget_info(|| {
+            let values = self.values.iter().map(|(value, _)| &**value).collect::<Vec<_>>();
+            let values =
+                if values.is_empty() { "not known".to_owned() } else { values.join(" → ") };
+            let text = format!("{}: {values} {}", self.title, self.unit);
+            WidgetInfo::labeled(egui::Role::Label, true, text)
+        });
+        response.on_hover_text(&self.about);
+    }
+}
+
+/// Returns the card of one of the measures of the loop.
+fn width(ui: &Ui, view: &LoopView<'_>, measure: usize, title: &'static str) -> Card {
+    let found = view.found();
+    let values = found.iter().map(|(output, figures)| {
+        let color = output.map_or(ui.visuals().text_color(), |trace| trace.color(ui.visuals()));
+        (significant(figures.measures[measure], 3), color)
+    });
+    let reason = view.shown.iter().find_map(|curve| view.figures(curve).err());
+    let about = match reason {
+        Some(reason) => reason.to_string(),
+        None => "Distance of the rising and the falling branch at equal load, on the thick loop"
+            .to_owned(),
+    };
+    Card { title, values: values.collect(), unit: view.unit().to_owned(), about }
+}
+
+/// Returns the card of the nonlinearity, which the table of metrology figures holds.
+fn nonlinearity(ui: &Ui, engine: &Engine, view: &LoopView<'_>) -> Card {
+    let axis = view.plot.question.axis;
+    let table = match engine.lane_of::<LookAt>(metrology_pane::PANE.key).answer() {
+        Some(Look::Table(table)) => Some(table),
+        _ => None,
+    };
+    let cell = table.and_then(|table| {
+        let at = table.axes.iter().position(|known| *known == axis)?;
+        let row = table.rows.iter().find(|row| row.quantity == Quantity::BestFitNonlinearity)?;
+        row.cells.get(at)
+    });
+    let mut values = Vec::new();
+    let mut about =
+        "Largest distance of the mean of both branches from the best straight line".to_owned();
+    if let Some(cell) = cell {
+        for (trace, figure) in
+            [(Trace::Conventional, &cell.conventional), (Trace::Compensated, &cell.compensated)]
+        {
+            match figure {
+                Ok(value) => {
+                    values.push((significant(value.value, 3), trace.color(ui.visuals())));
+                }
+                Err(reason) => about = reason.to_string(),
+            }
+        }
+    }
+    Card { title: "Nonlinearity", values, unit: axis.unit().to_owned(), about }
+}
+
+fn lag(ui: &Ui, view: &LoopView<'_>) -> Card {
+    let about = lag_in_words(&view.plot.lag);
+    let color = Trace::Conventional.color(ui.visuals());
+    let (values, unit) = match &view.plot.lag.lag {
+        Err(_) => (Vec::new(), String::new()),
+        Ok(lag) => {
+            let error = significant(2.0 * lag.standard_error_secs, 2);
+            let value =
+                if lag.is_significant() { significant(lag.seconds, 3) } else { "none".to_owned() };
+            (vec![(value, color)], format!("± {error} s"))
+        }
+    };
+    Card { title: "Time lag", values, unit, about }
+}
