@@ -183,7 +183,7 @@ impl Content {
 }
 
 /// Maximum number of values in the small plot of a column.
-const OUTLINE_VALUES: usize = 90;
+const OUTLINE_VALUES: usize = 300;
 
 /// Returns the columns of a table with the roles that a column map gives them.
 pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {

@@ -60,6 +60,57 @@ impl Question {
         }
     }
 
+    /// Returns the numbers of the columns that the question is about.
+    pub(crate) fn columns(&self) -> &[usize] {
+        let (Self::ReferenceClock(all)
+        | Self::LoadAxis(all)
+        | Self::Load(all)
+        | Self::LoadUnit(all)) = self;
+        all
+    }
+
+    /// Returns the question in few words, as it stands beside one of its columns.
+    pub(crate) fn short(&self) -> &'static str {
+        match self {
+            Self::ReferenceClock(_) => "Is this the time of the reference?",
+            Self::LoadAxis(_) | Self::Load(_) => "Is this the reference load?",
+            Self::LoadUnit(_) => "Which unit?",
+        }
+    }
+
+    /// Returns the answers that a press gives for one of the columns: each as its label, role and unit.
+    pub(crate) fn choices(
+        &self,
+        column: &ColumnReport,
+    ) -> Vec<(String, ColumnRole, Option<String>)> {
+        let with_units = |role: ColumnRole, units: &[&str]| {
+            let choice = |unit: &&str| ((*unit).to_owned(), role, Some((*unit).to_owned()));
+            units.iter().map(choice).collect()
+        };
+        match self {
+            Self::ReferenceClock(_) => {
+                vec![("Yes".to_owned(), ColumnRole::TimeReference, None)]
+            }
+            Self::LoadAxis(_) | Self::Load(_) => {
+                let unit = column.unit.as_deref().unwrap_or_default();
+                let axis =
+                    if moment_in_newton_metres(unit).is_some() { Axis::Mz } else { Axis::Fz };
+                let is_known = moment_in_newton_metres(unit).or(force_in_newtons(unit)).is_some();
+                if is_known {
+                    vec![(format!("Yes, as {}", axis.symbol()), ColumnRole::Load(axis), None)]
+                } else {
+                    with_units(ColumnRole::Load(axis), &["N", "kgf", "g"])
+                }
+            }
+            Self::LoadUnit(_) => match column.is {
+                ColumnRole::Load(axis) if !axis.is_force() => {
+                    with_units(column.is, &["N·m", "N·mm", "lbf·in"])
+                }
+                _ => with_units(column.is, &["N", "kgf", "g", "lbf"]),
+            },
+        }
+    }
+
     /// Returns the shortest answer, such as `Mass=Fz kgf`, of the kind that the option `--columns` takes.
     fn answer(&self, columns: &[ColumnReport]) -> Vec<String> {
         let key = |number: usize| columns[number - 1].key(columns);

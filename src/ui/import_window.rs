@@ -1,5 +1,5 @@
-//! Import page: the text layout of a file, the role of each column, and a preview of the rows. The page edits a column map,
-//! and shows how the file is read with this map.
+//! Import page: a row for each channel of a file with its values over time, its role, name and unit, and the questions about
+//! it. The page edits a column map, and shows how the file is read with this map.
 
 mod columns;
 mod foot;
@@ -12,9 +12,15 @@ use egui::Ui;
 use crate::{
     engine::{Engine, ImportCommand, Importing},
     formats,
-    import::inspect::{Inspection, TableReport},
+    import::{
+        inspect::{Inspection, Question, TableReport},
+        map::ColumnMap,
+    },
     ui::{command::Out, controls::Controls as _, status_line::busy},
 };
+
+/// Width of the settings of the text (points).
+const READ_AS_WIDTH: f32 = 760.0;
 
 #[derive(Debug)]
 pub struct ImportFields {
@@ -82,7 +88,16 @@ fn body(
 ) {
     let table = &inspection.table;
     let read = format!("Formats that can be read: {}", formats::listed());
-    ui.label(format!("{}: {table}", importing.path.display())).on_hover_text(read);
+    ui.horizontal(|ui| {
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            read_as(ui, importing, inspection, out);
+            remembered(ui, engine, importing, out);
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                let path = format!("{}: {table}", importing.path.display());
+                ui.add(egui::Label::new(&path).truncate()).on_hover_text(format!("{path}\n{read}"));
+            });
+        });
+    });
     match importing.waiting.len() {
         0 => {}
         1 => drop(
@@ -92,62 +107,72 @@ fn body(
             "{n} more files need a column map. Files with the same columns are loaded with this map"
         ))),
     }
-    questions(ui, importing, inspection);
-    remembered(ui, engine, importing, out);
-    ui.separator();
-    let mut text = importing.map.table.text.clone();
-    settings::layout(ui, &mut text);
-    settings::parts(ui, &table.parts, &mut text);
-    if text != importing.map.table.text {
-        out.send(ImportCommand::SetLayout(text));
-        return;
-    }
     let mut map = importing.map.clone();
-    settings::clock(ui, &mut map);
-    weight::weight(ui, &mut map, out);
-    columns::columns(ui, "columns", &table.columns, &mut map.table);
+    let questions = Open { questions: &importing.questions, map: &importing.map };
+    columns::columns(ui, "columns", &table.columns, &mut map.table, Some(questions));
     reference::reference(ui, inspection, &mut map);
+    weight::weight(ui, &mut map, out);
     if map != importing.map {
         out.send(ImportCommand::SetMap(Box::new(map)));
     }
-    ui.separator();
-    preview(ui, table);
 }
 
-/// Draws the questions about the columns that the present roles leave open. Answered questions stay visible, so that the
-/// controls below do not move.
-fn questions(ui: &mut Ui, importing: &Importing, inspection: &Inspection) {
-    let columns = &inspection.table.columns;
-    for question in &importing.questions {
-        let mut is_answered = !question.is_open(&importing.map, columns);
-        let text = format!("Question: {}", question.text(columns));
-        let tick = egui::Checkbox::new(&mut is_answered, text);
-        ui.add_enabled(false, tick).on_disabled_hover_text(
-            "Ticked once the roles of the columns below answer the question. The file can be loaded without an answer",
-        );
-    }
+/// Questions about the columns, and the column map that answers some of them.
+#[derive(Clone, Copy)]
+struct Open<'a> {
+    questions: &'a [Question],
+    map: &'a ColumnMap,
+}
+
+/// Draws the button that opens the settings of the text, of the clock and of the pauses, and the first rows of the file.
+fn read_as(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
+    let text = &importing.map.table.text;
+    let header = if text.header { "header" } else { "no header" };
+    let label = match inspection.table.kind {
+        Some(kind) => format!("Read as: {kind}…"),
+        None => format!("Read as: {}, {header}…", text.delimiter.name()),
+    };
+    let button = ui.menu_of_fields(egui::Button::new(label), |ui| {
+        ui.reset_style(); // fields, not menu items
+        ui.set_max_width(READ_AS_WIDTH);
+        let mut text = text.clone();
+        settings::layout(ui, &mut text);
+        settings::parts(ui, &inspection.table.parts, &mut text);
+        if text != importing.map.table.text {
+            out.send(ImportCommand::SetLayout(text));
+            return;
+        }
+        let mut map = importing.map.clone();
+        settings::clock(ui, &mut map);
+        if map != importing.map {
+            out.send(ImportCommand::SetMap(Box::new(map)));
+        }
+        ui.separator();
+        preview(ui, &inspection.table);
+    });
+    button.on_hover_text(
+        "How the text is divided, its times and pauses, the tare, and the first rows",
+    );
 }
 
 fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
     let shape = &importing.map.table.shape;
     let maps = engine.preferences.maps.iter().enumerate();
     let fitting = maps.filter(|(_, map)| map.table.shape == *shape && **map != importing.map);
-    ui.horizontal_wrapped(|ui| {
+    if ui.press(
+        "Detect again",
+        "Detects the roles of the columns from the file again, and replaces the column map",
+    ) {
+        out.send(ImportCommand::Begin);
+    }
+    for (at, _) in fitting {
         if ui.press(
-            "Detect again",
-            "Detects the roles of the columns from the file again, and replaces the column map",
+            "Map of the last similar file",
+            "Uses the column map of the last file with the same columns",
         ) {
-            out.send(ImportCommand::Begin);
+            out.send(ImportCommand::TakeMap(at));
         }
-        for (at, _) in fitting {
-            if ui.press(
-                "Map of the last similar file",
-                "Uses the column map of the last file with the same columns",
-            ) {
-                out.send(ImportCommand::TakeMap(at));
-            }
-        }
-    });
+    }
 }
 
 fn preview(ui: &mut Ui, table: &TableReport) {

@@ -61,7 +61,7 @@ impl Counted {
         type_into(&mut self.window, "Export to", path.to_str().unwrap());
         self.n += 1;
         settle(&mut self.window);
-        self.press("Write files");
+        self.press("Write 1 file");
         until(&mut self.window, |_| path.exists());
         assert!(self.n <= most, "{} presses", self.n);
     }

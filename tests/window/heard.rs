@@ -56,6 +56,9 @@ fn fields_of_the_import_window_are_named_by_the_header() {
         let combo = window.get_by_role_and_label(Role::ComboBox, &combo);
         assert_eq!(combo.value().as_deref(), Some(role), "{name}");
         window.get_by_role_and_label(Role::TextInput, &format!("unit of {name}"));
+        click(&mut window, Role::Button, &format!("more about {name}"));
         window.get_by_role_and_label(Role::SpinButton, &format!("scale factor of {name}"));
+        window.key_press(Key::Escape);
+        settle(&mut window);
     }
 }

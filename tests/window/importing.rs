@@ -84,7 +84,7 @@ fn eleven_presses_lead_from_a_file_without_a_header_to_c_code() {
     let code = files.path("sensor.h");
     type_into(&mut window, "Export to", code.to_str().unwrap());
     settle(&mut window);
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     until(&mut window, |_| code.exists());
     assert!(std::fs::read_to_string(&code).unwrap().contains("Fx"));
 }
@@ -150,25 +150,22 @@ fn columns_whose_header_has_a_unit_are_shown_as_they_are_read_and_have_one_rule_
 }
 
 #[test]
-fn a_question_stays_on_screen_and_nothing_moves() {
+fn a_question_stands_in_its_row_and_nothing_moves() {
     let files = Files::new();
     let text = headerless(100).lines().fold(String::new(), |text, line| {
         let (time, rest) = line.split_once(';').unwrap();
         text + &format!("{time};{rest};{}\n", time.parse::<f64>().unwrap() + 5.0)
     });
     let mut window = page(vec![files.write("two_clocks.dat", &text)]);
-    let questions = ["increase steadily like a time", "Which column is the reference load"];
-    let is_ticked = |window: &Window, at: usize| {
-        let question = window.get_by_label_contains(questions[at]);
-        question.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True)
-    };
+    let questions = ["Is this the time of the reference?", "Is this the reference load?"];
     let place = |window: &Window| {
         let combo = window.get_by_role_and_label(Role::ComboBox, "Role of column 4");
         combo.rect().min
     };
     let before = place(&window);
     let check = |window: &Window, expected: [bool; 2], why: &str| {
-        assert_eq!([0, 1].map(|at| is_ticked(window, at)), expected, "{why}");
+        let is_answered = questions.map(|question| !has(window, question));
+        assert_eq!(is_answered, expected, "{why}");
         let moved = place(window).distance(before);
         assert!(moved < 2.0, "{why}: {moved} px");
     };
@@ -183,6 +180,33 @@ fn a_question_stays_on_screen_and_nothing_moves() {
     check(&window, [false, true], "it is open again");
     let load = window.get_by_role_and_label(Role::Button, "Load the file");
     assert!(!load.accesskit_node().is_disabled(), "an open question holds nothing up");
+}
+
+#[test]
+fn a_press_answers_a_question_and_letters_give_the_selected_rows_a_role() {
+    let files = Files::new();
+    let mut window = page(vec![files.write("first.dat", &headerless(400))]);
+    let rules =
+        |window: &Window| state(window).importing.as_ref().unwrap().map.table.columns.clone();
+    let last =
+        |window: &Window| rules(window).iter().find(|rule| rule.column.to_string() == "4").cloned();
+    let answers: Vec<_> = window.query_all_by_role_and_label(Role::Button, "kgf").collect();
+    answers.last().expect("the last channel may be the load").click();
+    settle(&mut window);
+    let load = last(&window).expect("the channel is read");
+    assert_eq!((load.is.to_string(), load.unit.as_deref()), ("Fz".to_owned(), Some("kgf")));
+    let row = window.get_by_role_and_label(Role::ComboBox, "Role of column 4").rect();
+    let at = row.left_center() - Vec2::new(60.0, 0.0);
+    window.hover_at(at);
+    window.drag_at(at);
+    window.drop_at(at);
+    settle(&mut window);
+    for (key, role) in [(Key::G, "gauge"), (Key::I, ""), (Key::L, "Fz")] {
+        window.key_press(key);
+        settle(&mut window);
+        let found = last(&window).map_or_else(String::new, |rule| rule.is.to_string());
+        assert_eq!(found, role);
+    }
 }
 
 #[test]

@@ -600,7 +600,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     let path = files.path("calibration.json");
     show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     message(&mut window, Level::Info, "calibration.json");
     let written = read_calibration(&path).unwrap();
     let recordings = &state(&window).project().recordings;
@@ -691,7 +691,7 @@ fn export_uses_the_dialog_and_an_unknown_ending_is_reported() {
     let unknown = files.path("calibration.xlsx");
     show(&mut window, "export");
     type_into(&mut window, "Export to", unknown.to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     message(&mut window, Level::Error, "calibration.xlsx");
     assert!(!unknown.exists());
 }
@@ -722,7 +722,7 @@ fn the_matrix_that_a_sensor_came_with_is_drawn_and_scored_beside_the_fit() {
     let path = files.path("sensor.cal");
     show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     show(&mut window, "traces");
     load(&mut window, path.to_str().unwrap());
     let scores = analysis(&window).factory.clone().expect("the recording has scores");
@@ -1066,6 +1066,10 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     maximize(&mut window, "loops");
     window.check_accessibility();
     assert_eq!(panes(&window, "Fx error [N] against Fx Reference [N]"), 1);
+    for card in ["Largest width: ", "Mean width: ", "Nonlinearity: ", "Time lag: "] {
+        assert!(has(&window, card), "{card}");
+    }
+    click(&mut window, Role::Button, "Figures of Fx…");
     assert_eq!(panes(&window, "Loop width against load"), 1);
     for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
     {
@@ -1076,13 +1080,19 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
 
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
+    click(&mut window, Role::Button, "Figures of Fx…");
     assert!(has(&window, "raw·N"));
     assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
+    click(&mut window, Role::Button, "Figures of Fx…");
     assert!(has(&window, "1200 samples of 3 recordings"));
-    click(&mut window, Role::Button, "Fz");
+    window.key_press(Key::Num3);
+    settle(&mut window);
     assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
+    if !has(&window, "Largest cycle") {
+        click(&mut window, Role::Button, "Figures of Fz…");
+    }
     click(&mut window, Role::Button, "Largest cycle");
     assert!(has(&window, "raw·N"));
     type_number(&mut window, "Reversal threshold", "50");
@@ -1273,6 +1283,7 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         window.drop_at(at);
         settle(&mut window);
         assert!(shell(&window).visible_time().is_some());
+        click(&mut window, Role::Button, "Figures of Fx…");
         assert!(has(&window, "of 1 recording"), "the cycle is shown alone");
         window.hover_at(plot.left_top());
         window.key_press(Key::F4);

@@ -467,10 +467,10 @@ fn a_file_that_is_there_is_replaced_only_after_a_yes() {
     let path = files.write("there.csv", "precious");
     show(&mut window, "export");
     type_into(&mut window, "Export to", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     click(&mut window, Role::Button, "Do not write");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     click(&mut window, Role::Button, "Replace it");
     message(&mut window, Level::Info, "there.csv");
     assert!(std::fs::read_to_string(&path).unwrap().contains("S1_past"));
@@ -485,7 +485,7 @@ fn a_new_document_forgets_the_identity_and_the_exported_path() {
     settle(&mut window);
     let path = files.path("first.json");
     type_into(&mut window, "Export to", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 1 file");
     assert_eq!(read_calibration(&path).unwrap().identity.get(recording::Item::Serial), "SN-0042");
 
     ctrl(&mut window, Key::N);
@@ -511,20 +511,20 @@ fn each_format_shows_its_result_and_one_that_cannot_hold_the_calibration_is_disa
     let files = Files::new();
     let mut window = window(files.three());
     show(&mut window, "export");
-    let cal = window.get_by_role_and_label(Role::CheckBox, "ATI-style calibration (XML) (.cal)");
+    let cal = window.get_by_role_and_label(Role::CheckBox, "ATI drivers");
     assert!(cal.accesskit_node().is_disabled());
     let path = files.path("c.cal");
     type_into(&mut window, "Export to", path.to_str().unwrap());
     settle(&mut window);
-    let write = window.get_by_role_and_label(Role::Button, "Write files");
+    let write = window.get_by_role_and_label(Role::Button, "Write 0 files");
     assert!(write.accesskit_node().is_disabled());
     type_into(&mut window, "Export to", files.path("c.json").to_str().unwrap());
     settle(&mut window);
-    click(&mut window, Role::CheckBox, "Matrices (CSV) (.csv)");
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::CheckBox, "Spreadsheets");
+    click(&mut window, Role::Button, "Write 2 files");
     assert_eq!(window.query_all_by_role_and_label(Role::Label, "Written").count(), 2);
     type_into(&mut window, "Export to", files.path("gone/c.json").to_str().unwrap());
-    click(&mut window, Role::Button, "Write files");
+    click(&mut window, Role::Button, "Write 2 files");
     assert_eq!(window.query_all_by_role_and_label(Role::Label, "Written").count(), 0);
     assert!(has(&window, "0 of 2 files written"));
     assert_eq!(state(&window).exported(&files.path("c.json")), Some(&Ok(())));

@@ -1,21 +1,22 @@
-//! Rows of the import table, one for each column of the file: role, name, unit, scale factor and values.
+//! Rows of the import table, one for each column of the file: its values over time, role, name, unit, range and question.
 
 use std::collections::BTreeSet;
 
-use egui::{ComboBox, DragValue, TextEdit, Ui, WidgetInfo};
+use egui::{ComboBox, DragValue, Key, Modifiers, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder};
 
+use super::Open;
 use crate::{
     formats::text::times::TIME_SPELLINGS,
     import::{
-        inspect::ColumnReport,
+        inspect::{ColumnReport, Question},
         map::{ColumnRole, ColumnRule, Header, TableMap},
     },
     recording::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
-    ui::{choice::choice, numbers::significant},
+    ui::{choice::choice, controls::Controls as _, numbers::significant},
 };
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
@@ -26,19 +27,30 @@ const MISSING: &str = "A number in the column that stands for a missing value";
 
 /// Height of the list of roles (points). The most frequent roles are visible without scrolling.
 const LIST_HEIGHT: f32 = 320.0;
+const ROW_HEIGHT: f32 = 40.0;
+/// Widths of the plot of a channel (points): in a window at least as wide as the second number, and in a narrower one.
+const PLOT_WIDTHS: (f32, f32, f32) = (320.0, 1400.0, 200.0);
 
-/// Draws one row for each column of the file: role, name, unit, scale factor, missing value, first values.
-pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut TableMap) {
+/// Draws one row for each channel of the file: name, values over the whole file, role, name, unit, range, question.
+pub fn columns(
+    ui: &mut Ui,
+    id: &str,
+    reports: &[ColumnReport],
+    table: &mut TableMap,
+    open: Option<Open<'_>>,
+) {
     let header = Header::new(reports.iter().map(|report| report.header.as_str()));
-    // If no column has a name in the header, the column "Header" of the import table is narrow, and the values get its
-    // width.
+    // If no column has a name in the header, the column with the names is narrow.
     let has_names = reports.iter().any(|report| !report.header.is_empty());
-    let header_width = if has_names { 130.0 } else { 52.0 };
+    let header_width = if has_names { 150.0 } else { 60.0 };
     let mut selection: Selection =
         ui.data(|data| data.get_temp(selection_id(id))).unwrap_or_default();
     selection.rows.retain(|row| *row < reports.len());
     let before_frame = selection.clone();
-    let height = 24.0 * (reports.len() as f32 + 1.0) + 14.0;
+    role_by_key(ui, (table, &header), reports, &selection);
+    let (wide, least, narrow) = PLOT_WIDTHS;
+    let plot_width = if ui.available_width() >= least { wide } else { narrow };
+    let height = ROW_HEIGHT * (reports.len() as f32 + 1.0) + 14.0;
     egui::ScrollArea::horizontal()
         .id_salt(id)
         .max_height(height)
@@ -49,34 +61,33 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                 .vscroll(false)
                 .sense(egui::Sense::click())
                 .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
-                .column(Column::exact(28.0))
+                .column(Column::exact(26.0))
                 .column(Column::initial(header_width).clip(true).resizable(true))
+                .column(Column::exact(plot_width))
                 .column(Column::exact(130.0))
-                .columns(Column::exact(76.0), 2)
-                .column(Column::exact(90.0))
-                .column(Column::exact(96.0))
+                .columns(Column::exact(84.0), 2)
+                .column(Column::exact(28.0))
+                .column(Column::exact(150.0).clip(true))
                 .column(Column::remainder().at_least(160.0).clip(true))
                 .header(20.0, |mut titles| {
                     for (title, explanation) in [
                         ("", "Number of the column in the file"),
-                        ("Header", SELECT),
-                        ("Role", "Role of the column. Ignored columns are not loaded. A change applies to all selected rows"),
-                        ("Name", NAME),
+                        ("Channel", SELECT),
+                        ("Values over time", "Values in rows from the whole file"),
+                        ("Role", "Role of the channel. Ignored channels are not loaded. A change applies to all selected rows"),
+                        ("As", NAME),
                         ("Unit", &units()),
-                        ("Scale factor", SCALE),
-                        ("Missing value", MISSING),
-                        (
-                            "First values; range",
-                            "First values of the column, and its smallest and largest value in rows from the whole file",
-                        ),
+                        ("", ""),
+                        ("Range", "Smallest and largest value in rows from the whole file"),
+                        ("Question", "What neither the name nor the values say. The file can be loaded without an answer"),
                     ] {
                         titles.col(|ui| {
-                            ui.strong(title).on_hover_text(explanation);
+                            ui.weak(title).on_hover_text(explanation);
                         });
                     }
                 })
                 .body(|body| {
-                    body.rows(24.0, reports.len(), |mut row| {
+                    body.rows(ROW_HEIGHT, reports.len(), |mut row| {
                         let report = &reports[row.index()];
                         let mut rule = table.rule(&header, report.number - 1);
                         let before = rule.clone();
@@ -89,6 +100,7 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
                         };
                         let at = row.index();
                         column_row(&mut row, id, (&name, report), &mut rule);
+                        row.col(|ui| question(ui, (report, reports), open, &mut rule));
                         let response = row.response();
                         if response.clicked() {
                             selection.click(at, response.ctx.input(|input| input.modifiers));
@@ -104,6 +116,54 @@ pub fn columns(ui: &mut Ui, id: &str, reports: &[ColumnReport], table: &mut Tabl
         });
     if selection != before_frame {
         ui.data_mut(|data| data.insert_temp(selection_id(id), selection));
+    }
+}
+
+/// Gives the selected rows the role whose letter was pressed.
+fn role_by_key(
+    ui: &mut Ui,
+    (table, header): (&mut TableMap, &Header<'_>),
+    reports: &[ColumnReport],
+    selection: &Selection,
+) {
+    if selection.rows.is_empty() || ui.ctx().text_edit_focused() {
+        return;
+    }
+    let first_load = if selection.rows.len() > 1 { Axis::Fx } else { Axis::Fz };
+    let roles = [
+        (Key::T, ColumnRole::Time),
+        (Key::G, ColumnRole::Gauge),
+        (Key::L, ColumnRole::Load(first_load)),
+        (Key::C, ColumnRole::Auxiliary),
+        (Key::I, ColumnRole::Ignore),
+    ];
+    for (key, role) in roles {
+        if ui.input_mut(|input| input.consume_key(Modifiers::NONE, key)) {
+            let numbers = selection.rows.iter().map(|&row| reports[row].number);
+            set_all(table, header, numbers, role);
+        }
+    }
+}
+
+/// Draws the first open question about a channel, with a button for each answer.
+fn question(
+    ui: &mut Ui,
+    (report, reports): (&ColumnReport, &[ColumnReport]),
+    open: Option<Open<'_>>,
+    rule: &mut ColumnRule,
+) {
+    let Some(Open { questions, map }) = open else { return };
+    let is_asked = |question: &&Question| {
+        question.columns().contains(&report.number) && question.is_open(map, reports)
+    };
+    let Some(question) = questions.iter().find(is_asked) else { return };
+    ui.warn(question.short()).on_hover_text(question.text(reports));
+    for (label, role, unit) in question.choices(report) {
+        let about = format!("{}: {}", question.short(), role.label());
+        if ui.press_small(label, about) {
+            rule.is = role;
+            rule.unit = unit.or(rule.unit.take());
+        }
     }
 }
 
@@ -178,8 +238,11 @@ fn column_row(
     });
     row.col(|ui| {
         // The text of the header is not selectable, so that a click on it selects the row.
-        ui.add(egui::Label::new(&report.header).selectable(false));
+        let name = egui::Label::new(&report.header).selectable(false).truncate();
+        let first = report.first.join("  ");
+        ui.add(name).on_hover_text(format!("{}\nFirst values: {first}", report.header));
     });
+    row.col(|ui| outline(ui, &report.outline, rule.is != ColumnRole::Ignore));
     row.col(|ui| {
         let button = ComboBox::from_id_salt((id, number)).width(112.0).height(LIST_HEIGHT);
         let described = |role: ColumnRole| (role.label(), "");
@@ -203,13 +266,37 @@ fn column_row(
         });
     }
     row.col(|ui| {
+        let button = ui.menu_of_fields(egui::Button::new("…"), |ui| {
+            ui.reset_style(); // fields, not menu items
+            more(ui, column, used, rule);
+        });
+        button.on_hover_text("Scale factor, missing value and first values").widget_info(|| {
+            WidgetInfo::labeled(egui::Role::Button, true, format!("more about {column}"))
+        });
+    });
+    row.col(|ui| {
+        let range = match (report.min, report.max) {
+            (Some(min), Some(max)) => {
+                format!("{} … {}", significant(min, 4), significant(max, 4)).replace('-', "−")
+            }
+            _ => report.content.name().to_owned(),
+        };
+        ui.weak(range);
+    });
+}
+
+/// Draws the rarely used settings of a channel.
+fn more(ui: &mut Ui, column: &str, used: bool, rule: &mut ColumnRule) {
+    ui.horizontal(|ui| {
+        ui.label("Scale factor").on_hover_text(SCALE);
         let scale = DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9);
         ui.add_enabled(used, scale).on_hover_text(SCALE).widget_info(|| {
             let name = format!("scale factor of {column}");
             WidgetInfo::labeled(egui::Role::SpinButton, true, name)
         });
     });
-    row.col(|ui| {
+    ui.horizontal(|ui| {
+        ui.label("Missing value").on_hover_text(MISSING);
         let mut text = rule.dropouts.first().map(f64::to_string);
         let name = format!("missing value of {column}");
         text_cell(ui, used, [&name, "none", MISSING], &mut text);
@@ -220,33 +307,26 @@ fn column_row(
             rule.dropouts = vec![value];
         }
     });
-    row.col(|ui| {
-        let range = match (report.min, report.max) {
-            (Some(min), Some(max)) => format!("{} to {}", significant(min, 4), significant(max, 4)),
-            _ => report.content.name().to_owned(),
-        };
-        outline(ui, &report.outline);
-        let first = report.first.iter().map(|cell| match cell.parse::<f64>() {
-            Ok(number) if cell.len() > 8 => significant(number, 5),
-            _ => cell.clone(),
-        });
-        let first: Vec<String> = first.collect();
-        ui.label(format!("{}   {range}", first.join("  ")));
-    });
 }
 
-fn outline(ui: &mut Ui, values: &[f32]) {
-    let (place, _) = ui.allocate_exact_size(egui::vec2(90.0, 18.0), egui::Sense::hover());
-    let (min, max) = values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
+/// Draws values at evenly spaced rows of the file as a line.
+fn outline(ui: &mut Ui, values: &[f32], is_used: bool) {
+    let size = egui::vec2(ui.available_width(), ROW_HEIGHT - 8.0);
+    let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+    ui.painter().rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
+    let finite = values.iter().filter(|value| value.is_finite());
+    let (min, max) = finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
         (min.min(*value), max.max(*value))
     });
     let (span, last) = ((max - min).max(f32::MIN_POSITIVE), values.len().saturating_sub(1).max(1));
-    let points = values.iter().enumerate().map(|(at, value)| {
+    let inside = place.shrink2(egui::vec2(2.0, 3.0));
+    let points = values.iter().enumerate().filter(|(_, value)| value.is_finite());
+    let points = points.map(|(at, value)| {
         let (x, y) = (at as f32 / last as f32, (value - min) / span);
-        place.lerp_inside(egui::vec2(x, 1.0 - y))
+        inside.lerp_inside(egui::vec2(x, 1.0 - y))
     });
-    let stroke = egui::Stroke::new(1.0, ui.visuals().text_color());
-    ui.painter().line(points.collect(), stroke);
+    let color = if is_used { ui.visuals().text_color() } else { ui.visuals().weak_text_color() };
+    ui.painter().line(points.collect(), egui::Stroke::new(1.0, color));
 }
 
 fn text_cell(

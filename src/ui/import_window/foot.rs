@@ -6,7 +6,7 @@ use super::ImportFields;
 use crate::{
     engine::{ImportCommand, Importing},
     finding::Face,
-    import::inspect::Inspection,
+    import::inspect::{Inspection, Question},
     recording::Axis,
     shown::counted,
     ui::{command::Out, controls::Controls as _, numbers::significant, status_line::busy},
@@ -27,7 +27,8 @@ pub fn foot(
                 ui.fail(error);
             }
             None => {
-                ui.label(RichText::new(would_load(inspection)).strong());
+                ui.label(RichText::new(would_load(inspection)).size(15.0));
+                ui.weak(allows(importing, inspection));
             }
         }
         for warning in &check.warnings {
@@ -75,6 +76,25 @@ pub fn foot(
         }
     });
     ui.add_space(4.0);
+}
+
+/// Says what the roles of the channels allow, and how many questions are open.
+fn allows(importing: &Importing, inspection: &Inspection) -> String {
+    let check = &inspection.check;
+    let is_open =
+        |question: &&Question| question.is_open(&importing.map, &inspection.table.columns);
+    let next = match (check.gauges.is_empty(), check.axes.is_empty()) {
+        (true, _) => "This can be looked at. To calibrate, choose the gauges.",
+        (false, true) => {
+            "This can be looked at and checked for faults. To calibrate, choose the reference load."
+        }
+        (false, false) => "This is enough to calibrate and to show hysteresis.",
+    };
+    match importing.questions.iter().filter(is_open).count() {
+        0 => next.to_owned(),
+        1 => format!("{next} One question is open; the file can be loaded without an answer."),
+        n => format!("{next} {n} questions are open; the file can be loaded without an answer."),
+    }
 }
 
 fn would_load(inspection: &Inspection) -> String {

@@ -40,7 +40,7 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
                 reference.table.shape.columns = table.columns.len();
             }
             ui.push_id("reference layout", |ui| layout(ui, &mut reference.table.text));
-            columns(ui, "reference columns", &table.columns, &mut reference.table);
+            columns(ui, "reference columns", &table.columns, &mut reference.table, None);
         }
     }
     if !map.has_two_clocks() {

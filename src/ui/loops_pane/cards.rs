@@ -78,9 +78,11 @@ impl Card {
         let response = ui.interact(place, ui.scope_id().with(self.title), Sense::hover());
         response.widget_info(|| {
             let values = self.values.iter().map(|(value, _)| &**value).collect::<Vec<_>>();
-            let values =
-                if values.is_empty() { "not known".to_owned() } else { values.join(" → ") };
-            let text = format!("{}: {values} {}", self.title, self.unit);
+            let text = if values.is_empty() {
+                format!("{}: not known, {}", self.title, self.about)
+            } else {
+                format!("{}: {} {}", self.title, values.join(" → "), self.unit)
+            };
             WidgetInfo::labeled(egui::Role::Label, true, text)
         });
         response.on_hover_text(&self.about);

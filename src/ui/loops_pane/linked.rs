@@ -177,10 +177,18 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
     });
     let lines: Vec<_> = lines.collect();
     small_plot(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
+    let missing = shared.missing();
     response.widget_info(|| {
         let name = format!("{} over time", axis.axis.label());
+        let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));
         egui::WidgetInfo::labeled(egui::Role::Button, true, name)
     });
+    if let Some(missing) = &missing {
+        let (at, font) =
+            (place.left_top() + egui::vec2(4.0, 2.0), egui::FontId::proportional(12.0));
+        let color = ui.visuals().weak_text_color();
+        ui.painter_at(place).text(at, egui::Align2::LEFT_TOP, missing, font, color);
+    }
     let times = &shared.traces.times;
     let n = times.len();
     let x_of = |k: usize| place.left() + k as f32 / n.max(1) as f32 * place.width();
