@@ -331,15 +331,20 @@ pub fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         Shown::One(at) => entries.get(at).map_or("–", |entry| entry.recording.name()),
         Shown::All => "All, one after the other",
     };
-    let button = egui::ComboBox::from_label("on screen").width(180.0).truncate();
+    let button = egui::ComboBox::from_id_salt("recording").width(180.0).truncate();
     let views = std::iter::once(Shown::All).chain((0..entries.len()).map(Shown::One));
     let mut view = engine.project().view;
     let described = |view| {
         let is_chosen = view == engine.project().view;
         (elided(name(view), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
     };
+    let shown: String = described(view).0;
     choice(ui, button, &mut view, views, described)
-        .on_hover_text("Recording on screen. All shows the recordings one after the other");
+        .on_hover_text("Recording in the traces. All shows the recordings one after the other")
+        .widget_info(|| egui::WidgetInfo {
+            current_text_value: Some(shown.clone()),
+            ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "Recording")
+        });
     if view != engine.project().view {
         out.send(Action::Show(view));
     }

@@ -32,7 +32,7 @@ const HEAD_HEIGHT: f32 = 32.0;
 const ROW_HEIGHT: f32 = 34.0;
 /// Widths of the columns (points). The purpose takes the rest.
 const FILE_WIDTH: f32 = 46.0;
-const PART_WIDTH: f32 = 84.0;
+const PART_WIDTH: f32 = 78.0;
 const SIZE_WIDTH: f32 = 46.0;
 const REMARK_WIDTH: f32 = 110.0;
 /// Width below which the list scrolls sideways (points).

@@ -35,7 +35,7 @@ use crate::{
 
 const FIGURES_WIDTH: f32 = 320.0;
 /// Height of the trace and of the cards below the loop (points).
-const BELOW_HEIGHT: f32 = linked::STRIP_HEIGHT + cards::HEIGHT + 16.0;
+const BELOW_HEIGHT: f32 = linked::STRIP_HEIGHT + cards::HEIGHT + 28.0;
 /// Height of the pane below which the trace is left out (points).
 const LOW: f32 = 420.0;
 
@@ -306,7 +306,7 @@ impl LoopsPane {
         let entries = engine.entries();
         let described = |span| {
             let name = match span {
-                Span::Visible => "Visible in Traces",
+                Span::Visible => "Shown recording",
                 Span::Of(TableOf::Test) => "Test recordings",
                 Span::Of(TableOf::Train) => "Training recordings",
                 Span::Of(TableOf::NotFitted) => "Test and off recordings",
@@ -320,7 +320,7 @@ impl LoopsPane {
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
         choice(ui, button, &mut self.span, all, described).on_hover_text(
-            "Recordings to plot. Visible in Traces: only the recordings and the interval of time that the pane Traces shows",
+            "Recordings to plot. Shown recording: only what the traces show, also in time",
         );
     }
 

@@ -13,7 +13,7 @@ use crate::{
         },
     },
     recording::Axis,
-    report::{Shown, Table},
+    report::{Shown, Table, Trace},
     shown::counted,
     ui::{
         command::{Out, Pane},
@@ -95,7 +95,20 @@ impl MetrologyPane {
             if at < table.axes.len() {
                 let mut figures = axis_figures(table, at, self.shown);
                 // A title in the grid would widen the column of names.
-                ui.strong(std::mem::take(&mut figures.title));
+                let unit = match self.shown {
+                    Shown::PercentFs => "% FS",
+                    _ => table.axes[at].unit(),
+                };
+                ui.label(format!("Figures of {} [{unit}]", table.axes[at].symbol()))
+                    .on_hover_text(std::mem::take(&mut figures.title));
+                for column in &mut figures.columns {
+                    let short = column.trace.map(|trace| match trace {
+                        Trace::Conventional => "Uncomp.",
+                        _ => "Comp.",
+                    });
+                    (column.name, column.unit) =
+                        (short.map_or(std::mem::take(&mut column.name), str::to_owned), "");
+                }
                 table::show(ui, &figures);
                 ui.add_space(8.0);
             }

@@ -109,7 +109,7 @@ impl View {
                 "Adds the present settings to the list of models, with their errors and the trained network or kernel",
             )
             .on_disabled_hover_text(
-                "Possible once the loads on screen are fitted or trained with the present settings",
+                "Possible once the loads shown are fitted or trained with the present settings",
             );
         if keep.clicked() {
             out.send(Action::KeepModel);

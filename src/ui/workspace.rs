@@ -30,6 +30,8 @@ const BORDER: f32 = 6.0;
 const RIGHT_WIDTHS: (f32, f32, f32) = (416.0, 1500.0, 360.0);
 /// Minimum and maximum share of the window's width for the right column.
 const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
+/// Width of the list of exports (points).
+const CHECKLIST_WIDTH: f32 = 760.0;
 const HEAD_HEIGHT: f32 = 30.0;
 const DRAWER_WIDTHS: [(Pane, f32); 2] = [(RECORDINGS, 460.0), (SETTINGS, 480.0)];
 
@@ -178,7 +180,7 @@ impl Workspaces {
     fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_>) {
         let (wide, least, narrow) = RIGHT_WIDTHS;
         let usual = match self.shown {
-            Workspace::Export => 0.5 * whole.width(),
+            Workspace::Export => whole.width() - CHECKLIST_WIDTH,
             _ if whole.width() >= least => wide,
             _ => narrow,
         };

@@ -153,7 +153,7 @@ fn the_palette_opens_recent_files() {
 fn arrows_move_through_a_list_from_the_chosen_item_and_enter_chooses() {
     let files = Files::new();
     let mut window = window(files.three());
-    let list = "on screen";
+    let list = "Recording";
     let first = chosen(&window, list);
     assert_eq!(first, "a");
     open(&mut window, list);
@@ -178,7 +178,7 @@ fn arrows_move_through_a_list_from_the_chosen_item_and_enter_chooses() {
 fn no_key_of_a_list_is_lost_if_several_come_in_one_frame() {
     let files = Files::new();
     let mut window = window(files.three());
-    let list = "on screen";
+    let list = "Recording";
     window.get_by_role_and_label(Role::ComboBox, list).focus();
     window.run_steps(2);
     at_once(&mut window, [key(Key::Enter)]);

@@ -462,7 +462,7 @@ fn a_press_on_a_name_puts_the_recording_on_screen() {
 
     window.key_press(Key::Escape);
     settle(&mut window);
-    click(&mut window, Role::ComboBox, "on screen");
+    click(&mut window, Role::ComboBox, "Recording");
     click(&mut window, Role::Button, "All, one after the other");
     assert_eq!(state(&window).project().view, View::All);
     assert_eq!(analysis(&window).traces.segments.len(), 3);

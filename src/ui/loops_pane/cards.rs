@@ -14,6 +14,8 @@ use crate::{
 };
 
 pub const HEIGHT: f32 = 64.0;
+/// Width of the place beside the cards (points).
+const BESIDE_WIDTH: f32 = 112.0;
 const GAP: f32 = 8.0;
 const TITLE_SIZE: f32 = 12.0;
 const VALUE_SIZE: f32 = 20.0;
@@ -27,7 +29,8 @@ struct Card {
     about: String,
 }
 
-pub fn show(ui: &mut Ui, engine: &Engine, view: &LoopView<'_>) {
+/// Draws the cards, and returns the free place at their right.
+pub fn show(ui: &mut Ui, engine: &Engine, view: &LoopView<'_>) -> Rect {
     let cards = [
         width(ui, view, 0, "Largest width"),
         width(ui, view, 1, "Mean width"),
@@ -37,11 +40,13 @@ pub fn show(ui: &mut Ui, engine: &Engine, view: &LoopView<'_>) {
     ui.add_space(GAP);
     let (whole, _) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), HEIGHT), Sense::hover());
-    let step = (whole.width() + GAP) / cards.len() as f32;
+    let beside = whole.with_min_x((whole.right() - BESIDE_WIDTH).max(whole.left()));
+    let step = (beside.left() - whole.left()) / cards.len() as f32;
     for (at, card) in cards.iter().enumerate() {
         let left = whole.left() + at as f32 * step;
         card.draw(ui, whole.with_min_x(left).with_max_x(left + step - GAP));
     }
+    beside
 }
 
 impl Card {

@@ -12,7 +12,10 @@ use crate::{
     report::figure::Figure,
     shown::counted,
     ui::{
-        command::Out, controls::Controls as _, numbers::significant, plots, table,
+        command::Out,
+        controls::{Controls as _, place},
+        numbers::significant,
+        plots, table,
         time_view::TimeView,
     },
 };
@@ -43,16 +46,6 @@ pub fn show(
     let shared = linked::Shared::of(picture, engine);
     let size = pane.plot_size(ui);
     let has_strip = pane.has_figures && ui.available_height() - size.y >= linked::STRIP_HEIGHT;
-    if pane.has_figures {
-        let label = format!("Figures of {}…", picture.question.axis.symbol());
-        let button = ui.menu_of_fields(egui::Button::new(label), |ui| {
-            ui.reset_style(); // texts and plots, not menu items
-            ui.set_width(super::FIGURES_WIDTH);
-            let reason = shared.as_ref().and_then(|shared| shared.missing());
-            details(ui, pane, &view, reason, out);
-        });
-        button.on_hover_text("Widths and area of the loop, its width over the load and over the rate, and the removal of the time lag");
-    }
     let zoom = &mut pane.zooms[super::Mode::Loops as usize];
     let drawn = plots::plot(ui, ("Loop", Some(view.title())), size.y, figure, zoom, out);
     let hovered = match &shared {
@@ -60,7 +53,17 @@ pub fn show(
         _ => None,
     };
     if pane.has_figures {
-        cards::show(ui, engine, &view);
+        let beside = cards::show(ui, engine, &view);
+        let missing = shared.as_ref().and_then(|shared| shared.missing());
+        let button = place(ui, beside, |ui| {
+            let label = format!("Figures of {}…", picture.question.axis.symbol());
+            ui.menu_of_fields(egui::Button::new(label), |ui| {
+                ui.reset_style(); // texts and plots, not menu items
+                ui.set_width(super::FIGURES_WIDTH);
+                details(ui, pane, &view, missing, out);
+            })
+        });
+        button.on_hover_text("Widths and area of the loop, its width over the load and over the rate, and the removal of the time lag");
     }
     if let Some(shared) = shared
         && let Some(samples) = linked::link(ui, &drawn, &view, &shared, time, hovered)

@@ -67,7 +67,7 @@ const TEMPLATES: [(&str, &str); 11] = [
 /// Library for a calibration, in a `.zip` archive or in a folder.
 pub(super) static PACKAGE: Target = Target {
     name: "Library with self-tests (C, Arduino, Rust, Python, MATLAB)",
-    purpose: "C, Arduino, Rust, Python, MATLAB with self-test",
+    purpose: "C, Arduino, Rust … with self-tests",
     endings: &["zip"],
     write: |export, out| {
         let folder = identifier(export.name);
