@@ -46,6 +46,19 @@ pub trait Block: Send + Sync {
         0.0
     }
 
+    /// Returns the standard deviation of what is not known of a column at the first sample, in standard deviations of its gauge;
+    /// zero if the state is known at once, or depends only on samples of a fixed time.
+    fn unknown_at_start(&self, _value: f64) -> f64 {
+        0.0
+    }
+
+    /// Returns for each column how far its state must have come until the load no longer depends noticeably on what happened
+    /// before the first sample, in the measure of the block; empty if the block needs none. `tolerance` is the allowed standard
+    /// error of each column, in the unit of its gauge: zero asks for a state that is determined completely.
+    fn needed(&self, _values: &[f64], _tolerance: &[f64], _scale: &GaugeScale) -> Vec<f64> {
+        Vec::new()
+    }
+
     /// Returns the block's state before the first sample.
     fn stream(&self, values: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream>;
 
@@ -86,8 +99,9 @@ pub trait Stream: fmt::Debug + Send + Sync {
     /// are, not relative to the present gauges.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Returns true if the samples so far determine the state. Before, the columns contribute little or nothing to the load.
-    fn is_determined(&self) -> bool {
+    /// Returns true if the state of each column has come as far as [`Block::needed`] says. Before, the columns contribute less to
+    /// the load.
+    fn is_determined(&self, _needed: &[f64]) -> bool {
         true
     }
 }

@@ -228,10 +228,11 @@ impl<'a> FeatureStream<'a> {
         Self { design, blocks: blocks.collect() }
     }
 
-    /// Returns true if every feature block has processed enough samples: its columns no longer depend on what happened before
-    /// the first one.
-    pub fn is_determined(&self) -> bool {
-        self.blocks.iter().all(|(_, stream)| stream.is_determined())
+    /// Returns true if every feature block has processed enough samples, see [`Block::needed`](crate::features::Block::needed).
+    /// `needed` has one entry for each block with columns.
+    pub fn is_determined(&self, needed: &[Vec<f64>]) -> bool {
+        let all = self.blocks.iter().zip(needed);
+        all.into_iter().all(|((_, stream), needed)| stream.is_determined(needed))
     }
 
     /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.

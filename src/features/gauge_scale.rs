@@ -10,7 +10,7 @@ use crate::{lanes, recording::Recording};
 const CONSTANT_BELOW: f64 = 1e-13;
 
 /// Standardisation of each gauge: `z = (s − shift) · inverse_scale`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GaugeScale {
     /// Mean of each gauge over the training recordings, or zero if the model has no offset.
     pub shift: Vec<f64>,

@@ -257,7 +257,7 @@ impl FeatureSettings {
         n_gauges * (1 + self.look_backs.len()) + appended.sum::<usize>()
     }
 
-    pub(super) fn n_columns_of(&self, block: &dyn Block, values: &[f64], n_gauges: usize) -> usize {
+    pub(crate) fn n_columns_of(&self, block: &dyn Block, values: &[f64], n_gauges: usize) -> usize {
         match block.appends() {
             Appends::Auxiliary => values.len() * self.auxiliary.len() * (1 + n_gauges),
             _ => block.n_columns(values, n_gauges),

@@ -35,7 +35,7 @@ def loads(cal, samples):
         play = np.tile(s, (len(radii), 1)) if last is None else play
         play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
         low, high = np.minimum(low, s), np.maximum(high, s)
-        known = np.where(high - low >= 2 * radii[:, None] * sd, play, s)
+        known = s + np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1) * (play - s)
         last, z = time, (s - shift) * inverse
         histories = row[1:] + list(s + weight[:, None] * (creep - s)) + list(known)
         degree = features.get("polynomial", 1)

@@ -28,10 +28,10 @@ def low_passed(times, gauges, tau):
 
 
 def known_play(signal, radius):
-    """Returns the play operator. Until the signal has travelled twice the radius, the operator depends on its start, and the signal itself
-    is returned."""
+    """Returns the play operator. Until the signal has travelled twice the radius, the operator depends on its start. Its difference to the
+    signal is weighted by a share that rises from 0 to 1 as the travel rises from the radius to twice the radius."""
     travel = np.maximum.accumulate(signal) - np.minimum.accumulate(signal)
-    return np.where(travel >= 2.0 * radius, play(signal, radius), signal)
+    return signal + np.clip(travel / max(radius, 1e-300) - 1.0, 0.0, 1.0) * (play(signal, radius) - signal)
 
 
 def monomials(z, degree):

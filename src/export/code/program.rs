@@ -84,13 +84,14 @@ impl Program {
         let standardise: Vec<_> = (scale.inverse_scale.iter().zip(&scale.shift).zip(&centre))
             .map(|((factor, shift), centre)| (*factor, (centre - shift) * factor))
             .collect();
-        let rows = Rows { scale, standardise: &standardise, channels: &features.auxiliary };
         let used = features.blocks.used().filter(|(block, _)| {
             !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
         });
-        let blocks = used.map(|(block, values)| RunBlock {
-            sets: values.len(),
-            source: block.source(values, &rows),
+        let needed = calibration.needed_states();
+        let blocks = used.zip(&needed).map(|((block, values), needed)| {
+            let channels = &features.auxiliary[..];
+            let rows = Rows { scale, standardise: &standardise, channels, needed };
+            RunBlock { sets: values.len(), source: block.source(values, &rows) }
         });
         let blocks: Vec<_> = blocks.collect();
         let mut measured = measured(&calibration.distance_weights());

@@ -8,6 +8,7 @@
 
 use crate::features::{
     block::{Appends, Block, Inputs, Lists, Search, Stream},
+    gauge_scale::GaugeScale,
     setting::{Range, Setting, Unit},
     source::{Constant, Memory, Rows, Source},
 };
@@ -29,8 +30,11 @@ const TAUS: Setting = Setting {
     source: "reference 22 of the paper",
 };
 
-/// Weight `1 − e^(−t/τ)` of a low-pass from which its output counts as determined, reached after three time constants.
+/// Weight `1 − e^(−t/τ)` of a low-pass from which its output counts as determined if its coefficients are not known, reached
+/// after three time constants.
 const DETERMINED: f64 = 0.95;
+/// Largest weight that is asked for, so that a start always ends: after seven time constants.
+const MOST_DETERMINED: f64 = 0.999;
 
 /// Time constants that cross-validation tries (s), as far as the recordings can resolve them.
 const CANDIDATES: [f64; 18] = [
@@ -64,12 +68,30 @@ impl Block for Creep {
         -longest * (1.0 - DETERMINED).ln()
     }
 
-    fn source(&self, taus_secs: &[f64], _: &Rows<'_>) -> Source {
+    fn unknown_at_start(&self, _: f64) -> f64 {
+        1.0
+    }
+
+    /// Returns the weight that each low-pass needs. What is missing of its output at the weight w is 1 − w of a value that
+    /// scatters like the gauge.
+    fn needed(&self, taus_secs: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
+        let n_gauges = scale.deviation.len().max(1);
+        let weight = |(error, deviation): (&f64, &f64)| match *error {
+            0.0 => DETERMINED,
+            error => (1.0 - error / deviation).clamp(0.0, MOST_DETERMINED),
+        };
+        let by_tau = tolerance
+            .chunks(n_gauges)
+            .map(|errors| errors.iter().zip(&scale.deviation).map(weight).fold(0.0, f64::max));
+        by_tau.take(taus_secs.len()).collect()
+    }
+
+    fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {
         let sets = taus_secs.len();
         Source::new(
             vec![
                 Constant::reals("tau_secs", taus_secs.iter().copied()),
-                Constant::reals("creep_determined", std::iter::once(DETERMINED)),
+                Constant::reals("creep_needed", rows.needed.iter().copied()),
             ],
             vec![
                 Memory::of_gauges("creep", sets),
@@ -97,7 +119,7 @@ const C: &str = "
                 s->creep_share[at] = -{{ prefix }}_expm1(-dt / c->tau_secs[at]);
             }
             s->creep_weight[at] += s->creep_share[at] * (1 - s->creep_weight[at]);
-            if (s->creep_weight[at] < c->creep_determined[0])
+            if (s->creep_weight[at] < c->creep_needed[at])
                 s->undetermined = 1;
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real state = s->started ? s->creep[at][g] : row[g];
@@ -118,7 +140,7 @@ const RUST: &str = "
                 self.creep_share[at] = -exp_m1(-dt / tau_secs);
             }
             self.creep_weight[at] += self.creep_share[at] * (1.0 - self.creep_weight[at]);
-            self.undetermined |= self.creep_weight[at] < CREEP_DETERMINED[0];
+            self.undetermined |= self.creep_weight[at] < CREEP_NEEDED[at];
             for (g, present) in row[..GAUGES].iter().enumerate() {
                 let state = if self.started { self.creep[at][g] } else { *present };
                 let by = self.creep_share[at] * (present - state) - self.creep_rest[at][g];
@@ -142,7 +164,7 @@ const PYTHON: &str = "
                 state += share * (present - state)
                 self.creep_weight[at] += share * (1 - self.creep_weight[at])
             row.append(self.creep_weight[at] * (state - present))
-        self.undetermined |= np.any(self.creep_weight < CREEP_DETERMINED)
+        self.undetermined |= np.any(self.creep_weight < CREEP_NEEDED)
 ";
 
 const MATLAB: &str = "
@@ -154,7 +176,7 @@ for at = 1:{{ sets }}
     share = -expm1(-dt / c.tau_secs(at));
     state.creep(:, at) = state.creep(:, at) + share * (present - state.creep(:, at));
     state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
-    state.undetermined = state.undetermined || state.creep_weight(:, at) < c.creep_determined;
+    state.undetermined = state.undetermined || state.creep_weight(:, at) < c.creep_needed(at);
     row(next + (1:{{ n_gauges }})) = state.creep_weight(:, at) * (state.creep(:, at) - present);
     next = next + {{ n_gauges }};
 end
@@ -197,8 +219,8 @@ impl Stream for LowPasses {
         }
     }
 
-    fn is_determined(&self) -> bool {
-        self.taus.iter().all(|(_, weight)| *weight >= DETERMINED)
+    fn is_determined(&self, needed: &[f64]) -> bool {
+        self.taus.iter().zip(needed).all(|((_, weight), needed)| weight >= needed)
     }
 }
 
@@ -218,8 +240,15 @@ mod tests {
                 let [fading, weight] = [(-time / tau).exp(), 1.0 - (-time / tau).exp()];
                 assert!((value - (1.0 - weight * fading)).abs() < 1e-12);
             }
-            assert_eq!(creep.is_determined(), time > 30.0);
+            assert_eq!(creep.is_determined(&[DETERMINED; 2]), time > 30.0);
         }
+    }
+
+    #[test]
+    fn the_weight_that_is_needed_follows_from_the_allowed_error() {
+        let scale = GaugeScale { deviation: vec![2.0, 1.0], ..GaugeScale::default() };
+        let needed = Creep.needed(&[1.0, 9.0, 30.0], &[0.5, 0.5, 0.0, 0.0, 9.0, 1e-9], &scale);
+        assert_eq!(needed, [0.75, DETERMINED, MOST_DETERMINED]);
     }
 
     #[test]

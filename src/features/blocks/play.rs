@@ -3,10 +3,12 @@
 //!
 //! `p ← max(s − r, min(s + r, p))`. The radii r are in standard deviations of the gauge, so that one list fits gauges in any
 //! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer
-//! depends on its start. Until then, the column is the present gauge.
+//! depends on its start. The column is `s + w (p − s)`, where the weight w grows with the travel of the gauge: from 0 up to a
+//! travel of r to 1 from 2 r on. So the column has no jump.
 
 use crate::features::{
     block::{Appends, Block, Inputs, Lists, Search, Stream},
+    gauge_scale::GaugeScale,
     setting::{Range, Setting, Unit},
     source::{Constant, Memory, Numbers, Precision, Rows, Source},
 };
@@ -57,12 +59,17 @@ impl Block for Play {
     fn source(&self, radii: &[f64], rows: &Rows<'_>) -> Source {
         let in_units_of_gauges =
             |radius: &f64| rows.scale.deviation.iter().map(|sd| radius * sd).collect();
+        let constant = |name, numbers| Constant {
+            name,
+            precision: Precision::Real,
+            numbers: Numbers::Rows(numbers),
+        };
+        let needed = rows.needed.chunks(rows.scale.deviation.len().max(1));
         Source::new(
-            vec![Constant {
-                name: "radius",
-                precision: Precision::Real,
-                numbers: Numbers::Rows(radii.iter().map(in_units_of_gauges).collect()),
-            }],
+            vec![
+                constant("radius", radii.iter().map(in_units_of_gauges).collect()),
+                constant("travel_needed", needed.map(<[f64]>::to_vec).collect()),
+            ],
             vec![
                 Memory::of_gauges("play", radii.len()),
                 Memory::of_gauges("play_low", 1).about("minimum and maximum of the gauges so far"),
@@ -70,6 +77,20 @@ impl Block for Play {
             ],
             [C, RUST, PYTHON, MATLAB],
         )
+    }
+
+    fn unknown_at_start(&self, radius: f64) -> f64 {
+        2.0 * radius / f64::sqrt(12.0)
+    }
+
+    /// Returns the travel that each gauge needs. A position whose gauge has travelled by t lies evenly anywhere in a range of
+    /// 2 r − t.
+    fn needed(&self, radii: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
+        let widths = radii.iter().flat_map(|radius| {
+            scale.deviation.iter().map(move |deviation| 2.0 * radius * deviation)
+        });
+        let allowed = tolerance.iter().map(|error| f64::sqrt(12.0) * error);
+        widths.zip(allowed).map(|(width, allowed)| (width - allowed).max(0.0)).collect()
     }
 
     fn travel(&self, radius: f64) -> f64 {
@@ -93,14 +114,15 @@ const C: &str = "
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
                 {{ prefix }}_real position = s->started ? s->play[at][g] : row[g];
+                {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g], weight = 1;
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;
-                if (s->play_high[0][g] - s->play_low[0][g] < 2 * c->radius[at][g]) {
+                if (travel < c->travel_needed[at][g])
                     s->undetermined = 1;
-                    position = row[g];
-                }
-                *next++ = position - row[g];
+                if (travel < 2 * c->radius[at][g])
+                    weight = travel > c->radius[at][g] ? travel / c->radius[at][g] - 1 : 0;
+                *next++ = weight * (position - row[g]);
             }
         }
 ";
@@ -112,15 +134,16 @@ const RUST: &str = "
         for ((low, high), gauge) in self.play_low[0].iter_mut().zip(&mut self.play_high[0]).zip(&row) {
             (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
-        for (position, radius) in self.play.iter_mut().zip(&RADIUS) {
+        for ((position, radius), needed) in self.play.iter_mut().zip(&RADIUS).zip(&TRAVEL_NEEDED) {
             for g in 0..GAUGES {
                 if !self.started {
                     position[g] = row[g];
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
-                let is_determined = self.play_high[0][g] - self.play_low[0][g] >= 2.0 * radius[g];
-                self.undetermined |= !is_determined;
-                row[next + g] = if is_determined { position[g] - row[g] } else { 0.0 };
+                let travel = self.play_high[0][g] - self.play_low[0][g];
+                self.undetermined |= travel < needed[g];
+                let weight = if travel < 2.0 * radius[g] { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
+                row[next + g] = weight * (position[g] - row[g]);
             }
             next += GAUGES;
         }
@@ -133,9 +156,10 @@ const PYTHON: &str = "
         self.play_low = np.minimum(self.play_low, present)
         self.play_high = np.maximum(self.play_high, present)
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
-        is_determined = self.play_high - self.play_low >= 2 * RADIUS
-        self.undetermined |= not np.all(is_determined)
-        row.extend(np.where(is_determined, self.play - present, 0.0))
+        travel = self.play_high - self.play_low
+        self.undetermined |= np.any(travel < TRAVEL_NEEDED)
+        fading = np.maximum(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0)
+        row.extend(np.where(travel < 2 * RADIUS, fading, 1.0) * (self.play - present))
 ";
 
 const MATLAB: &str = "
@@ -151,9 +175,11 @@ for at = 1:{{ sets }}
     end
     radius = c.radius(at, :)';
     state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
-    is_determined = state.play_high(:, 1) - state.play_low(:, 1) >= 2 * radius;
-    state.undetermined = state.undetermined || ~all(is_determined);
-    row(next + (1:{{ n_gauges }})) = (state.play(:, at) - present) .* is_determined;
+    travel = state.play_high(:, 1) - state.play_low(:, 1);
+    state.undetermined = state.undetermined || any(travel < c.travel_needed(at, :)');
+    weight = max(travel ./ max(radius, realmin) - 1, 0);
+    weight(travel >= 2 * radius) = 1;
+    row(next + (1:{{ n_gauges }})) = weight .* (state.play(:, at) - present);
     next = next + {{ n_gauges }};
 end
 ";
@@ -183,9 +209,11 @@ impl Operators {
     }
 }
 
-/// Returns true if the range of the gauge since the first sample determines the position of a play operator with this radius.
-fn is_determined([low, high]: [f64; 2], radius: f64) -> bool {
-    high - low >= 2.0 * radius
+/// Returns the weight with which the position of a play operator counts after its gauge has covered this range: from 0 up to the
+/// radius to 1 from twice the radius on.
+fn weight([low, high]: [f64; 2], radius: f64) -> f64 {
+    let travel = high - low;
+    if travel < 2.0 * radius { (travel / radius - 1.0).max(0.0) } else { 1.0 }
 }
 
 impl Stream for Operators {
@@ -201,15 +229,15 @@ impl Stream for Operators {
         for (at, (position, radius)) in self.positions.iter_mut().zip(&self.radii).enumerate() {
             let gauge = gauges[at % n];
             *position = position.min(gauge + radius).max(gauge - radius);
-            let is_known = is_determined(self.travel[at % n], *radius);
-            out[at] = if is_known { *position } else { gauge };
+            out[at] = gauge + weight(self.travel[at % n], *radius) * (*position - gauge);
         }
     }
 
-    fn is_determined(&self) -> bool {
+    fn is_determined(&self, needed: &[f64]) -> bool {
         let n = self.travel.len();
-        let mut radii = self.radii.iter().enumerate();
-        radii.all(|(at, radius)| n > 0 && is_determined(self.travel[at % n], *radius))
+        let mut needed = needed.iter().enumerate();
+        needed
+            .all(|(at, needed)| n > 0 && self.travel[at % n][1] - self.travel[at % n][0] >= *needed)
     }
 }
 
@@ -229,32 +257,52 @@ mod tests {
             .collect()
     }
 
-    /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until it has moved by 2, follows one below it up to 4, then
-    /// waits until the gauge is one below.
+    /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until it has moved by 1, then half of the way to its position
+    /// counts, and from a travel of 2 on the whole way. It follows one below the gauge up to 4, then waits until the gauge is one
+    /// below.
     #[test]
     fn the_position_is_dragged_and_waits_after_a_reversal() {
         assert_eq!(
             positions(0.5, &[0.0, 0.5, 1.5, 2.0, 4.0, 3.5, 2.0, 1.0, 0.0]),
-            [0.0, 0.5, 1.5, 1.0, 3.0, 3.0, 3.0, 2.0, 1.0]
+            [0.0, 0.5, 1.0, 1.0, 3.0, 3.0, 3.0, 2.0, 1.0]
         );
     }
 
-    /// A cold operator either equals the gauge, or has the same position as an operator with a longer history.
+    /// From a travel of 2 r on, a cold operator has the same position as an operator with a longer history. Up to there, its
+    /// column moves by at most three times as much as its gauge.
     #[test]
-    fn a_determined_position_does_not_depend_on_earlier_samples() {
+    fn a_determined_position_does_not_depend_on_earlier_samples_and_a_column_never_jumps() {
         let gauge = |k: usize| 3.0 * (0.37 * k as f64).sin() + 2.0 * (0.11 * k as f64).cos();
         let all: Vec<f64> = (0..400).map(gauge).collect();
         for radius in [0.2, 0.8, 1.7, 4.0] {
             let warm = &positions(radius, &all)[200..];
             let cold = positions(radius, &all[200..]);
-            let n_silent =
-                (cold.iter().zip(&all[200..])).take_while(|(state, gauge)| state == gauge);
-            let n_silent = n_silent.count();
-            assert!(n_silent > 0 && (radius < 4.0) == (n_silent < 200), "{radius}: {n_silent}");
-            if radius < 4.0 {
-                assert_eq!(cold[n_silent..], warm[n_silent..], "{radius}");
+            let travel = |k: usize| {
+                let so_far = all[200..=200 + k].iter().copied();
+                so_far.clone().fold(f64::MIN, f64::max) - so_far.fold(f64::MAX, f64::min)
+            };
+            let first = (0..200).find(|k| travel(*k) >= 4.0 * radius).unwrap_or(200);
+            assert_eq!(cold[first..], warm[first..], "{radius}");
+            assert_eq!(first < 200, radius < 3.0);
+            for (k, pair) in cold.windows(2).enumerate() {
+                let moved = (all[201 + k] - all[200 + k]).abs();
+                assert!((pair[1] - pair[0]).abs() <= 3.0 * moved + 1e-12, "{radius} {k}");
             }
         }
+    }
+
+    /// The position is anywhere in 2 r − t, whose standard deviation is (2 r − t) / √12.
+    #[test]
+    fn the_travel_that_is_needed_follows_from_the_allowed_error() {
+        let scale = GaugeScale { deviation: vec![2.0, 1.0], ..GaugeScale::default() };
+        let needed = Play.needed(&[0.5, 1.0], &[0.0, 0.1, 0.5, 9.0], &scale);
+        let expected = [2.0, 1.0 - 0.1 * 12.0_f64.sqrt(), 4.0 - 0.5 * 12.0_f64.sqrt(), 0.0];
+        assert_eq!(needed, expected);
+        let mut play = Operators::new(&[0.5], &[2.0]);
+        let mut out = [0.0];
+        play.step(0.0, &[0.0], &[], &mut out);
+        play.step(0.0, &[1.5], &[], &mut out);
+        assert!(play.is_determined(&[1.5]) && !play.is_determined(&[1.6]));
     }
 
     #[test]
