@@ -47,13 +47,16 @@ impl Calibration {
         let errors = self.quality.coefficients.iter();
         let errors: Vec<f64> = errors.flat_map(|known| known.standard.concat()).collect();
         let scale = &self.gauge_scale;
-        let rate = self.rate_hz.as_slice();
+        let (rate, run) = (self.rate_hz.as_slice(), scale.run_secs.as_slice());
+        let n_travels = if scale.travel.is_empty() { 0 } else { n_gauges };
         let n_limits = if self.limits.is_empty() { 0 } else { n_axes };
         for (field, expected, numbers, least) in [
             ("full_scale", n_axes, &self.full_scale[..], 0.0),
             ("gauge_scale.shift", n_gauges, &scale.shift, -LARGEST),
             ("gauge_scale.inverse_scale", n_gauges, &scale.inverse_scale, 0.0),
             ("gauge_scale.deviation", n_gauges, &scale.deviation, 0.0),
+            ("gauge_scale.travel", n_travels, &scale.travel, 0.0),
+            ("gauge_scale.run_secs", run.len(), run, 0.0),
             ("limits", n_limits, &self.limits, 0.0),
             ("gauge_limits", ends.len(), &ends, -LARGEST),
             ("quality.coefficients", errors.len(), &errors, -LARGEST),

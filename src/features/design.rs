@@ -334,6 +334,7 @@ mod tests {
                 shift: vec![10.0, -1.0],
                 inverse_scale: vec![0.5, 4.0],
                 deviation: vec![2.0, 0.25],
+                ..GaugeScale::default()
             },
             offset: true,
             history_step_secs: 0.0,

@@ -3,11 +3,17 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{lanes, recording::Recording};
+use crate::{
+    lanes,
+    min_max::MinMax,
+    recording::{Recording, median},
+};
 
 /// Minimum standard deviation of a gauge, as a share of its largest absolute value. A smaller deviation is rounding noise,
 /// and the gauge counts as constant.
 const CONSTANT_BELOW: f64 = 1e-13;
+/// Maximum number of samples of which the median travel is taken.
+const MOST_TRAVELS: usize = 200_000;
 
 /// Standardisation of each gauge: `z = (s − shift) · inverse_scale`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -20,6 +26,12 @@ pub struct GaugeScale {
     /// Standard deviation of each gauge over the training recordings, also if the shift is zero. The radii of play operators
     /// are multiples of this deviation.
     pub deviation: Vec<f64>,
+    /// Range that each gauge has covered since the start of its recording in half of the training samples; empty if unknown.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub travel: Vec<f64>,
+    /// Time since the start of the recording in half of the training samples (s); `None` if unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run_secs: Option<f64>,
 }
 
 impl GaugeScale {
@@ -84,7 +96,8 @@ impl GaugeScale {
             let root_mean_squares = deviation.iter().zip(&mean).map(|(d, mean)| d.hypot(*mean));
             (vec![0.0; n_gauges], root_mean_squares.map(inverse).collect())
         };
-        Self { shift, inverse_scale, deviation }
+        let (travel, run_secs) = usual_runs(recordings, n_gauges);
+        Self { shift, inverse_scale, deviation, travel, run_secs }
     }
 
     /// Returns the scale that leaves gauges unchanged: shift zero, inverse scale one.
@@ -93,6 +106,7 @@ impl GaugeScale {
             shift: vec![0.0; n_gauges],
             inverse_scale: vec![1.0; n_gauges],
             deviation: vec![1.0; n_gauges],
+            ..Self::default()
         }
     }
 
@@ -100,6 +114,35 @@ impl GaugeScale {
     pub fn apply(&self, gauges: &[f64], out: &mut [f64]) {
         self.relative(gauges, &self.shift, out);
     }
+}
+
+/// Returns the medians, over the samples of all recordings, of the range that each gauge has covered since the start of its
+/// recording, and of the time since then (s).
+fn usual_runs<'a>(
+    recordings: impl Iterator<Item = &'a Recording> + Clone,
+    n_gauges: usize,
+) -> (Vec<f64>, Option<f64>) {
+    let n: usize = recordings.clone().map(Recording::n_samples).sum();
+    let step = n.div_ceil(MOST_TRAVELS).max(1);
+    let (mut travels, mut elapsed) = (vec![Vec::new(); n_gauges], Vec::new());
+    let mut count = 0;
+    for recording in recordings {
+        let mut ranges = vec![MinMax::NONE; n_gauges];
+        for (row, time) in recording.gauges().chunks_exact(n_gauges).zip(recording.times()) {
+            for (range, value) in ranges.iter_mut().zip(row) {
+                *range = range.with(*value);
+            }
+            if count % step == 0 {
+                elapsed.push(time - recording.times()[0]);
+                for (travels, range) in travels.iter_mut().zip(&ranges) {
+                    travels.push(range.span());
+                }
+            }
+            count += 1;
+        }
+    }
+    let travels = travels.into_iter().map(|travels| median(travels.into_iter()).unwrap_or(0.0));
+    (travels.collect(), median(elapsed.into_iter()))
 }
 
 #[cfg(test)]

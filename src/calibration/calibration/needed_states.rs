@@ -1,5 +1,5 @@
 //! Computes how far the states of the feature blocks must have come after a start, so that what is still missing of the load is
-//! small beside the expected error.
+//! small beside the expected error, or is already part of it.
 
 use crate::calibration::calibration::Calibration;
 

@@ -221,7 +221,12 @@ mod tests {
     /// A step of two standard deviations appears at once for τ = 0, else as `2 (1 − e^(−t/τ))`, in one step or in many.
     #[test]
     fn a_channel_enters_at_once_and_through_its_low_pass() {
-        let scale = GaugeScale { shift: vec![1.0], inverse_scale: vec![2.0], deviation: vec![0.5] };
+        let scale = GaugeScale {
+            shift: vec![1.0],
+            inverse_scale: vec![2.0],
+            deviation: vec![0.5],
+            ..GaugeScale::default()
+        };
         let channels = &[channel(20.0, 0.5)];
         let inputs = Inputs { scale: &scale, channels, history_step_secs: 0.0 };
         let mut stream = Auxiliary.stream(&[0.0, 10.0], &inputs);

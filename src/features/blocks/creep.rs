@@ -73,7 +73,7 @@ impl Block for Creep {
     }
 
     /// Returns the weight that each low-pass needs. What is missing of its output at the weight w is 1 − w of a value that
-    /// scatters like the gauge.
+    /// scatters like the gauge. No more is asked for than half of the training samples had.
     fn needed(&self, taus_secs: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
         let n_gauges = scale.deviation.len().max(1);
         let weight = |(error, deviation): (&f64, &f64)| match *error {
@@ -83,7 +83,8 @@ impl Block for Creep {
         let by_tau = tolerance
             .chunks(n_gauges)
             .map(|errors| errors.iter().zip(&scale.deviation).map(weight).fold(0.0, f64::max));
-        by_tau.take(taus_secs.len()).collect()
+        let usual = |tau: &f64| scale.run_secs.map_or(1.0, |secs| -(-secs / tau).exp_m1());
+        by_tau.zip(taus_secs).map(|(weight, tau)| weight.min(usual(tau))).collect()
     }
 
     fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {

@@ -84,13 +84,17 @@ impl Block for Play {
     }
 
     /// Returns the travel that each gauge needs. A position whose gauge has travelled by t lies evenly anywhere in a range of
-    /// 2 r − t.
+    /// 2 r − t. No more travel is asked for than half of the training samples had, because their errors are part of the
+    /// expected error.
     fn needed(&self, radii: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
         let widths = radii.iter().flat_map(|radius| {
             scale.deviation.iter().map(move |deviation| 2.0 * radius * deviation)
         });
         let allowed = tolerance.iter().map(|error| f64::sqrt(12.0) * error);
-        widths.zip(allowed).map(|(width, allowed)| (width - allowed).max(0.0)).collect()
+        let needed = widths.zip(allowed).map(|(width, allowed)| (width - allowed).max(0.0));
+        let n_gauges = scale.deviation.len();
+        let usual = |at: usize| scale.travel.get(at % n_gauges).copied().unwrap_or(f64::MAX);
+        needed.enumerate().map(|(at, needed)| needed.min(usual(at))).collect()
     }
 
     fn travel(&self, radius: f64) -> f64 {
