@@ -3,7 +3,7 @@
 //! Guarantees: the matrices of a [`Calibration`] from a fit or a file have matching shapes, and its numbers are finite. It
 //! computes features and loads in the same way as the fit.
 
-mod needed_states;
+mod state_effects;
 mod unloaded;
 
 use std::borrow::Cow;

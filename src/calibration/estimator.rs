@@ -25,8 +25,8 @@ pub struct Estimator<'a> {
     calibration: &'a Calibration,
     design: &'a Design,
     stream: FeatureStream<'a>,
-    /// How far the state of each block must have come for the status `ok`.
-    needed: Vec<Vec<f64>>,
+    /// Effects of what is not known of each block's states, see [`Calibration::state_effects`].
+    effects: Vec<Vec<f64>>,
     look_back: LiveLookBack,
     /// Time of the last accepted sample (s).
     last_secs: Option<f64>,
@@ -84,7 +84,7 @@ impl<'a> Estimator<'a> {
             calibration,
             design,
             stream: FeatureStream::new(design),
-            needed: calibration.needed_states(),
+            effects: calibration.state_effects(),
             look_back: look_back(calibration),
             last_secs: None,
             wrapped_secs: 0.0,
@@ -158,7 +158,7 @@ impl<'a> Estimator<'a> {
         }
         self.take(time, gauges, auxiliary);
         if time - self.since_secs < self.calibration.features.window_secs()
-            || !self.stream.is_determined(&self.needed)
+            || self.stream.missing(&self.effects) > 1.0
         {
             status |= Status::FILLING;
         }

@@ -46,17 +46,16 @@ pub trait Block: Send + Sync {
         0.0
     }
 
-    /// Returns the standard deviation of what is not known of a column at the first sample, in standard deviations of its gauge;
-    /// zero if the state is known at once, or depends only on samples of a fixed time.
-    fn unknown_at_start(&self, _value: f64) -> f64 {
-        0.0
+    /// Returns the effect of each of the block's states on the load, from the squared effect `columns` of each column per unit of
+    /// its gauge. Empty if the states are known at once, or depend only on samples of a fixed time.
+    fn effects(&self, _values: &[f64], _columns: &[f64], _scale: &GaugeScale) -> Vec<f64> {
+        Vec::new()
     }
 
-    /// Returns for each column how far its state must have come until the load no longer depends noticeably on what happened
-    /// before the first sample, in the measure of the block; empty if the block needs none. `tolerance` is the allowed standard
-    /// error of each column, in the unit of its gauge: zero asks for a state that is determined completely.
-    fn needed(&self, _values: &[f64], _tolerance: &[f64], _scale: &GaugeScale) -> Vec<f64> {
-        Vec::new()
+    /// Returns the squared error by what is not known of the states, as [`Stream::missing`], in the middle of the training
+    /// samples.
+    fn usually_missing(&self, _values: &[f64], _effects: &[f64], _scale: &GaugeScale) -> f64 {
+        0.0
     }
 
     /// Returns the block's state before the first sample.
@@ -99,10 +98,10 @@ pub trait Stream: fmt::Debug + Send + Sync {
     /// are, not relative to the present gauges.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Returns true if the state of each column has come as far as [`Block::needed`] says. Before, the columns contribute less to
-    /// the load.
-    fn is_determined(&self, _needed: &[f64]) -> bool {
-        true
+    /// Returns the squared error of the load by what the samples so far do not tell of the states. `effects` are those of
+    /// [`Block::effects`].
+    fn missing(&self, _effects: &[f64]) -> f64 {
+        0.0
     }
 }
 

@@ -228,11 +228,10 @@ impl<'a> FeatureStream<'a> {
         Self { design, blocks: blocks.collect() }
     }
 
-    /// Returns true if every feature block has processed enough samples, see [`Block::needed`](crate::features::Block::needed).
-    /// `needed` has one entry for each block with columns.
-    pub fn is_determined(&self, needed: &[Vec<f64>]) -> bool {
-        let all = self.blocks.iter().zip(needed);
-        all.into_iter().all(|((_, stream), needed)| stream.is_determined(needed))
+    /// Returns the squared error of the load by what the samples so far do not tell of the blocks' states. `effects` has one
+    /// entry for each block with columns, see [`Block::effects`](crate::features::Block::effects).
+    pub fn missing(&self, effects: &[Vec<f64>]) -> f64 {
+        self.blocks.iter().zip(effects).map(|((_, stream), effects)| stream.missing(effects)).sum()
     }
 
     /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.

@@ -100,6 +100,12 @@ impl GaugeScale {
         Self { shift, inverse_scale, deviation, travel, run_secs }
     }
 
+    /// Returns the inverse of a gauge's standard deviation; zero for a constant gauge.
+    pub(crate) fn inverse_deviation(&self, gauge: usize) -> f64 {
+        let deviation = self.deviation[gauge];
+        if deviation > 0.0 { deviation.recip() } else { 0.0 }
+    }
+
     /// Returns the scale that leaves gauges unchanged: shift zero, inverse scale one.
     pub fn identity(n_gauges: usize) -> Self {
         Self {

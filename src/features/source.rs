@@ -22,8 +22,8 @@ pub struct Rows<'a> {
     pub standardise: &'a [(f64, f64)],
     /// Auxiliary channels of the calibration.
     pub channels: &'a [AuxiliaryChannel],
-    /// For each column of the block, how far its state must have come; see [`Block::needed`](crate::features::Block::needed).
-    pub needed: &'a [f64],
+    /// Effect of each state of the block on the load, see [`Block::effects`](crate::features::Block::effects).
+    pub effects: &'a [f64],
 }
 
 impl Rows<'_> {

@@ -87,10 +87,10 @@ impl Program {
         let used = features.blocks.used().filter(|(block, _)| {
             !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
         });
-        let needed = calibration.needed_states();
-        let blocks = used.zip(&needed).map(|((block, values), needed)| {
+        let effects = calibration.state_effects();
+        let blocks = used.zip(&effects).map(|((block, values), effects)| {
             let channels = &features.auxiliary[..];
-            let rows = Rows { scale, standardise: &standardise, channels, needed };
+            let rows = Rows { scale, standardise: &standardise, channels, effects };
             RunBlock { sets: values.len(), source: block.source(values, &rows) }
         });
         let blocks: Vec<_> = blocks.collect();

@@ -184,7 +184,7 @@ typedef struct {
     uint32_t ticks;                                /* time of the last accepted sample (ticks) */
     {{ prefix }}_clock clock;                      /* the same time on the internal clock of the history */
     int started;
-    int undetermined;                              /* 1 while the state of a block is undetermined */
+    {{ prefix }}_real missing;                              /* error by unknown states of the blocks; 1 is the limit of OK */
     int strays;                                    /* number of successive samples with an implausible time */
     {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted sample; negative if unknown */
     {{ prefix }}_real load[{{ n_axes }}];
@@ -559,7 +559,7 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         {{ prefix }}_forget(s);
     if (!s->started)
         dt = 0;
-    s->undetermined = 0;
+    s->missing = 0;
 {% if ring %}
     if (!s->started) {
         s->since = s->clock;
@@ -645,7 +645,7 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         (void)dt;
         s->started = 1;
     }
-    if ({{ "s->is_filling || " if ring }}s->undetermined)
+    if ({{ "s->is_filling || " if ring }}s->missing > 1)
         status |= {{ PREFIX }}_FILLING;
 {% if auxiliary %}
     for (axis = 0; axis < {{ n_auxiliary }}; axis++)

@@ -101,7 +101,7 @@ state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c
 % Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
 row = zeros({{ n_columns }}, 1);
 row(1:{{ n_gauges }}) = present;
-state.undetermined = false;
+state.missing = 0;
 {% if n_columns > n_gauges %}
 next = {{ n_gauges }};
 {% endif %}
@@ -116,7 +116,7 @@ end
 {% endfor %}
 state.started = true;
 load = {{ prefix }}_answer(c, row);
-if time - state.since < {{ window_secs|plain }} || state.undetermined
+if time - state.since < {{ window_secs|plain }} || state.missing > 1
     status = status + 1;
 end
 is_beyond = any(abs(load) > c.limits);
@@ -134,7 +134,7 @@ end
 function state = {{ prefix }}_new()
 % State between samples.
 state.started = false;
-state.undetermined = false;
+state.missing = 0;
 state.strays = 0;
 state.time = 0;
 state.wrapped = 0;

@@ -114,7 +114,7 @@ class State:
         self.conventional_zero = np.zeros(AXES)
         self.gauge_zero = np.zeros(GAUGES)
         self.started = False
-        self.undetermined = False
+        self.missing = 0.0
 {% if ring %}
         # The stored samples are contiguous. When the array is full, old samples are dropped or the array is doubled.
         self.kept = 0
@@ -166,7 +166,7 @@ class State:
         self.time = time
         self._take(time, dt, (gauges - self.gauge_zero) - CENTRE{{ ", auxiliary" if auxiliary }})
         self.started = True
-        if time - self.since < WINDOW_SECS or self.undetermined:
+        if time - self.since < WINDOW_SECS or self.missing > 1:
             self.status |= FILLING
         if np.any(np.abs(self.load) > LIMITS):
             self.status |= BEYOND
@@ -207,7 +207,7 @@ class State:
 {% endif %}
 
     def _take(self, time, dt, present{{ ", auxiliary" if auxiliary }}):
-        self.undetermined = False
+        self.missing = 0.0
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
         row = [present]

@@ -30,11 +30,8 @@ const TAUS: Setting = Setting {
     source: "reference 22 of the paper",
 };
 
-/// Weight `1 − e^(−t/τ)` of a low-pass from which its output counts as determined if its coefficients are not known, reached
-/// after three time constants.
+/// Weight `1 − e^(−t/τ)` of a low-pass after three time constants.
 const DETERMINED: f64 = 0.95;
-/// Largest weight that is asked for, so that a start always ends: after seven time constants.
-const MOST_DETERMINED: f64 = 0.999;
 
 /// Time constants that cross-validation tries (s), as far as the recordings can resolve them.
 const CANDIDATES: [f64; 18] = [
@@ -68,23 +65,20 @@ impl Block for Creep {
         -longest * (1.0 - DETERMINED).ln()
     }
 
-    fn unknown_at_start(&self, _: f64) -> f64 {
-        1.0
+    /// Returns one effect for each time constant. What is missing of the output at the weight w is 1 − w of a value that scatters
+    /// like the gauge.
+    fn effects(&self, taus_secs: &[f64], columns: &[f64], scale: &GaugeScale) -> Vec<f64> {
+        let of_tau = |squares: &[f64]| {
+            let each = squares.iter().zip(&scale.deviation);
+            each.map(|(square, deviation)| square * deviation * deviation).sum()
+        };
+        let by_tau = columns.chunks(scale.deviation.len().max(1));
+        by_tau.take(taus_secs.len()).map(of_tau).collect()
     }
 
-    /// Returns the weight that each low-pass needs. What is missing of its output at the weight w is 1 − w of a value that
-    /// scatters like the gauge. No more is asked for than half of the training samples had.
-    fn needed(&self, taus_secs: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
-        let n_gauges = scale.deviation.len().max(1);
-        let weight = |(error, deviation): (&f64, &f64)| match *error {
-            0.0 => DETERMINED,
-            error => (1.0 - error / deviation).clamp(0.0, MOST_DETERMINED),
-        };
-        let by_tau = tolerance
-            .chunks(n_gauges)
-            .map(|errors| errors.iter().zip(&scale.deviation).map(weight).fold(0.0, f64::max));
-        let usual = |tau: &f64| scale.run_secs.map_or(1.0, |secs| -(-secs / tau).exp_m1());
-        by_tau.zip(taus_secs).map(|(weight, tau)| weight.min(usual(tau))).collect()
+    fn usually_missing(&self, taus_secs: &[f64], effects: &[f64], scale: &GaugeScale) -> f64 {
+        let rest = |tau: &f64| scale.run_secs.map_or(1.0 - DETERMINED, |secs| (-secs / tau).exp());
+        taus_secs.iter().zip(effects).map(|(tau, effect)| effect * rest(tau).powi(2)).sum()
     }
 
     fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {
@@ -92,7 +86,7 @@ impl Block for Creep {
         Source::new(
             vec![
                 Constant::reals("tau_secs", taus_secs.iter().copied()),
-                Constant::reals("creep_needed", rows.needed.iter().copied()),
+                Constant::reals("creep_effect", rows.effects.iter().copied()),
             ],
             vec![
                 Memory::of_gauges("creep", sets),
@@ -120,8 +114,7 @@ const C: &str = "
                 s->creep_share[at] = -{{ prefix }}_expm1(-dt / c->tau_secs[at]);
             }
             s->creep_weight[at] += s->creep_share[at] * (1 - s->creep_weight[at]);
-            if (s->creep_weight[at] < c->creep_needed[at])
-                s->undetermined = 1;
+            s->missing += c->creep_effect[at] * (1 - s->creep_weight[at]) * (1 - s->creep_weight[at]);
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real state = s->started ? s->creep[at][g] : row[g];
                 {{ prefix }}_real by = s->creep_share[at] * (row[g] - state) - s->creep_rest[at][g];
@@ -141,7 +134,7 @@ const RUST: &str = "
                 self.creep_share[at] = -exp_m1(-dt / tau_secs);
             }
             self.creep_weight[at] += self.creep_share[at] * (1.0 - self.creep_weight[at]);
-            self.undetermined |= self.creep_weight[at] < CREEP_NEEDED[at];
+            self.missing += CREEP_EFFECT[at] * (1.0 - self.creep_weight[at]) * (1.0 - self.creep_weight[at]);
             for (g, present) in row[..GAUGES].iter().enumerate() {
                 let state = if self.started { self.creep[at][g] } else { *present };
                 let by = self.creep_share[at] * (present - state) - self.creep_rest[at][g];
@@ -165,7 +158,7 @@ const PYTHON: &str = "
                 state += share * (present - state)
                 self.creep_weight[at] += share * (1 - self.creep_weight[at])
             row.append(self.creep_weight[at] * (state - present))
-        self.undetermined |= np.any(self.creep_weight < CREEP_NEEDED)
+        self.missing += np.sum(CREEP_EFFECT * (1 - self.creep_weight) ** 2)
 ";
 
 const MATLAB: &str = "
@@ -177,7 +170,7 @@ for at = 1:{{ sets }}
     share = -expm1(-dt / c.tau_secs(at));
     state.creep(:, at) = state.creep(:, at) + share * (present - state.creep(:, at));
     state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
-    state.undetermined = state.undetermined || state.creep_weight(:, at) < c.creep_needed(at);
+    state.missing = state.missing + c.creep_effect(at) * (1 - state.creep_weight(:, at)) ^ 2;
     row(next + (1:{{ n_gauges }})) = state.creep_weight(:, at) * (state.creep(:, at) - present);
     next = next + {{ n_gauges }};
 end
@@ -220,8 +213,9 @@ impl Stream for LowPasses {
         }
     }
 
-    fn is_determined(&self, needed: &[f64]) -> bool {
-        self.taus.iter().zip(needed).all(|((_, weight), needed)| weight >= needed)
+    fn missing(&self, effects: &[f64]) -> f64 {
+        let each = self.taus.iter().zip(effects);
+        each.map(|((_, weight), effect)| effect * (1.0 - weight) * (1.0 - weight)).sum()
     }
 }
 
@@ -241,15 +235,19 @@ mod tests {
                 let [fading, weight] = [(-time / tau).exp(), 1.0 - (-time / tau).exp()];
                 assert!((value - (1.0 - weight * fading)).abs() < 1e-12);
             }
-            assert_eq!(creep.is_determined(&[DETERMINED; 2]), time > 30.0);
+            let missing = 3.0 * (-time / 2.0).exp().powi(2) + 5.0 * (-time / 10.0).exp().powi(2);
+            assert!((creep.missing(&[3.0, 5.0]) - missing).abs() < 1e-12);
         }
     }
 
     #[test]
-    fn the_weight_that_is_needed_follows_from_the_allowed_error() {
-        let scale = GaugeScale { deviation: vec![2.0, 1.0], ..GaugeScale::default() };
-        let needed = Creep.needed(&[1.0, 9.0, 30.0], &[0.5, 0.5, 0.0, 0.0, 9.0, 1e-9], &scale);
-        assert_eq!(needed, [0.75, DETERMINED, MOST_DETERMINED]);
+    fn the_effect_of_a_time_constant_is_that_of_all_gauges() {
+        let scale =
+            GaugeScale { deviation: vec![2.0, 1.0], run_secs: Some(9.0), ..GaugeScale::default() };
+        let effects = Creep.effects(&[1.0, 9.0], &[0.5, 3.0, 0.25, 0.0], &scale);
+        assert_eq!(effects, [5.0, 1.0]);
+        let usual = Creep.usually_missing(&[1.0, 9.0], &effects, &scale);
+        assert!((usual - 5.0 * (-18.0_f64).exp() - (-2.0_f64).exp()).abs() < 1e-12);
     }
 
     #[test]

@@ -64,11 +64,11 @@ impl Block for Play {
             precision: Precision::Real,
             numbers: Numbers::Rows(numbers),
         };
-        let needed = rows.needed.chunks(rows.scale.deviation.len().max(1));
+        let effects = rows.effects.chunks(rows.scale.deviation.len().max(1));
         Source::new(
             vec![
                 constant("radius", radii.iter().map(in_units_of_gauges).collect()),
-                constant("travel_needed", needed.map(<[f64]>::to_vec).collect()),
+                constant("play_effect", effects.map(<[f64]>::to_vec).collect()),
             ],
             vec![
                 Memory::of_gauges("play", radii.len()),
@@ -79,22 +79,18 @@ impl Block for Play {
         )
     }
 
-    fn unknown_at_start(&self, radius: f64) -> f64 {
-        2.0 * radius / f64::sqrt(12.0)
+    /// Returns one effect for each radius and gauge. A position whose gauge has travelled by t lies evenly anywhere in a range of
+    /// 2 r − t, whose variance is a twelfth of its square.
+    fn effects(&self, _: &[f64], columns: &[f64], _: &GaugeScale) -> Vec<f64> {
+        columns.iter().map(|square| square / 12.0).collect()
     }
 
-    /// Returns the travel that each gauge needs. A position whose gauge has travelled by t lies evenly anywhere in a range of
-    /// 2 r − t. No more travel is asked for than half of the training samples had, because their errors are part of the
-    /// expected error.
-    fn needed(&self, radii: &[f64], tolerance: &[f64], scale: &GaugeScale) -> Vec<f64> {
-        let widths = radii.iter().flat_map(|radius| {
-            scale.deviation.iter().map(move |deviation| 2.0 * radius * deviation)
-        });
-        let allowed = tolerance.iter().map(|error| f64::sqrt(12.0) * error);
-        let needed = widths.zip(allowed).map(|(width, allowed)| (width - allowed).max(0.0));
-        let n_gauges = scale.deviation.len();
-        let usual = |at: usize| scale.travel.get(at % n_gauges).copied().unwrap_or(f64::MAX);
-        needed.enumerate().map(|(at, needed)| needed.min(usual(at))).collect()
+    fn usually_missing(&self, radii: &[f64], effects: &[f64], scale: &GaugeScale) -> f64 {
+        let usual = Operators {
+            travel: scale.travel.iter().map(|travel| [0.0, *travel]).collect(),
+            ..Operators::new(radii, &scale.deviation)
+        };
+        if usual.travel.is_empty() { 0.0 } else { usual.missing(effects) }
     }
 
     fn travel(&self, radius: f64) -> f64 {
@@ -119,13 +115,14 @@ const C: &str = "
                 {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
                 {{ prefix }}_real position = s->started ? s->play[at][g] : row[g];
                 {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g], weight = 1;
+                {{ prefix }}_real open = 2 * c->radius[at][g] - travel;
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;
-                if (travel < c->travel_needed[at][g])
-                    s->undetermined = 1;
-                if (travel < 2 * c->radius[at][g])
+                if (open > 0) {
+                    s->missing += c->play_effect[at][g] * open * open;
                     weight = travel > c->radius[at][g] ? travel / c->radius[at][g] - 1 : 0;
+                }
                 *next++ = weight * (position - row[g]);
             }
         }
@@ -138,15 +135,16 @@ const RUST: &str = "
         for ((low, high), gauge) in self.play_low[0].iter_mut().zip(&mut self.play_high[0]).zip(&row) {
             (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
-        for ((position, radius), needed) in self.play.iter_mut().zip(&RADIUS).zip(&TRAVEL_NEEDED) {
+        for ((position, radius), effect) in self.play.iter_mut().zip(&RADIUS).zip(&PLAY_EFFECT) {
             for g in 0..GAUGES {
                 if !self.started {
                     position[g] = row[g];
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
                 let travel = self.play_high[0][g] - self.play_low[0][g];
-                self.undetermined |= travel < needed[g];
-                let weight = if travel < 2.0 * radius[g] { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
+                let open = (2.0 * radius[g] - travel).max(0.0);
+                self.missing += effect[g] * open * open;
+                let weight = if open > 0.0 { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
                 row[next + g] = weight * (position[g] - row[g]);
             }
             next += GAUGES;
@@ -161,9 +159,10 @@ const PYTHON: &str = "
         self.play_high = np.maximum(self.play_high, present)
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
         travel = self.play_high - self.play_low
-        self.undetermined |= np.any(travel < TRAVEL_NEEDED)
+        open_range = np.maximum(2 * RADIUS - travel, 0)
+        self.missing += np.sum(PLAY_EFFECT * open_range**2)
         fading = np.maximum(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0)
-        row.extend(np.where(travel < 2 * RADIUS, fading, 1.0) * (self.play - present))
+        row.extend(np.where(open_range > 0, fading, 1.0) * (self.play - present))
 ";
 
 const MATLAB: &str = "
@@ -180,9 +179,10 @@ for at = 1:{{ sets }}
     radius = c.radius(at, :)';
     state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
     travel = state.play_high(:, 1) - state.play_low(:, 1);
-    state.undetermined = state.undetermined || any(travel < c.travel_needed(at, :)');
+    open_range = max(2 * radius - travel, 0);
+    state.missing = state.missing + sum(c.play_effect(at, :)' .* open_range .^ 2);
     weight = max(travel ./ max(radius, realmin) - 1, 0);
-    weight(travel >= 2 * radius) = 1;
+    weight(open_range <= 0) = 1;
     row(next + (1:{{ n_gauges }})) = weight .* (state.play(:, at) - present);
     next = next + {{ n_gauges }};
 end
@@ -237,11 +237,14 @@ impl Stream for Operators {
         }
     }
 
-    fn is_determined(&self, needed: &[f64]) -> bool {
+    fn missing(&self, effects: &[f64]) -> f64 {
         let n = self.travel.len();
-        let mut needed = needed.iter().enumerate();
-        needed
-            .all(|(at, needed)| n > 0 && self.travel[at % n][1] - self.travel[at % n][0] >= *needed)
+        let each = self.radii.iter().zip(effects).enumerate().map(|(at, (radius, effect))| {
+            let [low, high] = if n > 0 { self.travel[at % n] } else { [0.0; 2] };
+            let open = (2.0 * radius - (high - low)).max(0.0);
+            effect * open * open
+        });
+        each.sum()
     }
 }
 
@@ -295,18 +298,21 @@ mod tests {
         }
     }
 
-    /// The position is anywhere in 2 r − t, whose standard deviation is (2 r − t) / √12.
+    /// The position is anywhere in 2 r − t = 0.5, whose variance is 0.25 / 12.
     #[test]
-    fn the_travel_that_is_needed_follows_from_the_allowed_error() {
-        let scale = GaugeScale { deviation: vec![2.0, 1.0], ..GaugeScale::default() };
-        let needed = Play.needed(&[0.5, 1.0], &[0.0, 0.1, 0.5, 9.0], &scale);
-        let expected = [2.0, 1.0 - 0.1 * 12.0_f64.sqrt(), 4.0 - 0.5 * 12.0_f64.sqrt(), 0.0];
-        assert_eq!(needed, expected);
-        let mut play = Operators::new(&[0.5], &[2.0]);
+    fn what_is_missing_follows_from_the_range_of_possible_positions() {
+        let scale = GaugeScale { deviation: vec![2.0], travel: vec![1.5], ..GaugeScale::default() };
+        let effects = Play.effects(&[0.5], &[9.0], &scale);
+        let mut play = Operators::new(&[0.5], &scale.deviation);
         let mut out = [0.0];
         play.step(0.0, &[0.0], &[], &mut out);
+        assert!((play.missing(&effects) - 9.0 * 4.0 / 12.0).abs() < 1e-15);
         play.step(0.0, &[1.5], &[], &mut out);
-        assert!(play.is_determined(&[1.5]) && !play.is_determined(&[1.6]));
+        let expected = 9.0 * 0.25 / 12.0;
+        assert!((play.missing(&effects) - expected).abs() < 1e-15);
+        assert!((Play.usually_missing(&[0.5], &effects, &scale) - expected).abs() < 1e-15);
+        play.step(0.0, &[-0.5], &[], &mut out);
+        assert_eq!(play.missing(&effects), 0.0);
     }
 
     #[test]
