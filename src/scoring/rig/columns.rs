@@ -1,5 +1,4 @@
-//! Finds columns of recordings that were loaded as gauges but are something else: the reference, a clock, a copy of a gauge,
-//! or a constant.
+//! Finds columns of recordings that were loaded as gauges but are something else: the reference, a clock, or a constant.
 
 use faer::Mat;
 
@@ -22,8 +21,6 @@ const EXACT_ON_ONE: f64 = 3e-5;
 /// Minimum ratio of the median residual of the real gauges to the residual of a column that counts as computed from the
 /// loads.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Maximum residual of a column that counts as a copy of another gauge, as a share of the column's standard deviation.
-const SAME: f64 = 1e-5;
 /// Maximum deviation from a straight line in time of a column that counts as a clock, as a share of its standard deviation.
 /// Clocks are searched for only if the loads deviate by more than ten times as much.
 const CLOCK: f64 = 5e-3;
@@ -90,13 +87,6 @@ impl Rig {
         let moving: Vec<usize> =
             (0..shape.n_gauges).filter(|gauge| !is_constant(&all, *gauge)).collect();
         for &gauge in moving.iter().filter(|gauge| left[**gauge].is_finite()) {
-            let same = |other: &usize| {
-                let [a, b] = [shape.gauge(gauge), shape.gauge(*other)];
-                let product = |i: usize, j: usize| fits::product(&all, i, j);
-                let both_exact = is_exact(gauge) && is_exact(*other);
-                !both_exact
-                    && 1.0 - product(a, b).powi(2) / (product(a, a) * product(b, b)) < SAME * SAME
-            };
             let name = &gauges[gauge];
             if is_exact(gauge) && usual > OTHERS_LEAVE * left[gauge].max(exact / OTHERS_LEAVE) {
                 found.push(format!(
@@ -104,11 +94,6 @@ impl Rig {
                 ));
             } else if loads_move && off_time(shape.gauge(gauge)) < CLOCK {
                 found.push(format!("the gauge column {name} seems to be a clock"));
-            } else if let Some(other) = moving.iter().find(|own| **own < gauge && same(own)) {
-                let other = &gauges[*other];
-                found.push(format!(
-                    "the gauge {name} has the same values as the gauge {other}, apart from a factor and an offset"
-                ));
             }
         }
         let seen = first_clauses(NAMED, &found);

@@ -15,7 +15,7 @@ use crate::{
         lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags},
         numbers::{percent, significant},
         rig::{
-            Rig, Run, alternating,
+            Rig, Run,
             cause::{Cause, Contradiction, Where, matters},
         },
     },
@@ -86,13 +86,17 @@ impl RigReport {
         // not searched.
         let is_searched = same_samples(training).is_none() && !are_sorted_by_load(training);
         if findings.is_empty() && is_searched {
-            findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
+            findings = rig.mountings(training);
         }
-        findings.extend(rig.channel_faults(training));
-        // A hum near half the sample rate alternates, too.
-        if findings.iter().all(|own| own.id != Id::Hum) {
-            findings.extend(alternating::finding(training));
+        let changes = rig.changes_within(training, progress)?;
+        if findings.is_empty() && is_searched {
+            let found = rig.contradiction();
+            // The drift within recordings says more than the drift from one recording to the next.
+            let found = found.filter(|own| own.cause != Cause::Drift || changes.is_empty());
+            findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
         }
+        findings.extend(changes);
+        findings.extend(rig.clipped_reference(training));
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
@@ -147,11 +151,6 @@ impl Contradiction {
             Cause::SwappedAxes(a, b) => {
                 let [a, b] = [a, b].map(|axis| axes(&[*axis]));
                 (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
-            }
-            Cause::Noise(own) => {
-                let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
-                let times = significant(value, 2);
-                (Id::Noisy, format!("the noise of {names} is {times} times as large"))
             }
         };
         let place = match self.place {
