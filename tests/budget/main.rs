@@ -97,7 +97,6 @@ struct Counts {
     mostly: [usize; 2],
     gone: [usize; 2],
     less: [usize; 2],
-    still: [usize; 2],
     worse: usize,
     factors: Vec<f64>,
 }
@@ -182,7 +181,6 @@ impl Counts {
             let (what, kind) = match () {
                 () if clause.contains(": gone") => (0, &mut self.gone),
                 () if clause.contains(": less") => (1, &mut self.less),
-                () if clause.contains(": still there") => (2, &mut self.still),
                 () => continue,
             };
             let sources: Vec<&str> = match clause {
@@ -269,8 +267,8 @@ fn shares_and_sentences_are_those_of_the_simulator() {
             own.named
         );
         println!(
-            "    right and wrong: mostly {:?}, gone {:?}, less {:?}, still there {:?}; worse {}",
-            own.mostly, own.gone, own.less, own.still, own.worse
+            "    right and wrong: mostly {:?}, gone {:?}, less {:?}; worse {}",
+            own.mostly, own.gone, own.less, own.worse
         );
         assert!(20 * own.invented <= own.absent, "{model}");
         assert!(10 * own.mostly[1] <= own.mostly[0] + 10, "{model}");

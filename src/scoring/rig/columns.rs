@@ -1,4 +1,4 @@
-//! Finds columns of recordings that were loaded as gauges but are something else: the reference, a clock, or a constant.
+//! Finds columns of recordings that were loaded as gauges but are something else: the reference, or a constant.
 
 use faer::Mat;
 
@@ -21,10 +21,6 @@ const EXACT_ON_ONE: f64 = 3e-5;
 /// Minimum ratio of the median residual of the real gauges to the residual of a column that counts as computed from the
 /// loads.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Maximum deviation from a straight line in time of a column that counts as a clock, as a share of its standard deviation.
-/// Clocks are searched for only if the loads deviate by more than ten times as much.
-const CLOCK: f64 = 5e-3;
-
 /// Standard deviation of a gauge below which it counts as constant, as a share of its standard deviation in all recordings.
 /// Rounding errors are smaller than this.
 const MOVES: f64 = 1e-6;
@@ -53,19 +49,6 @@ impl Rig {
         let exact = if shape.axes.len() > 1 { EXACT } else { EXACT_ON_ONE };
         let usual = median(left.iter().copied().filter(|own| *own > exact)).unwrap_or(0.0);
         let is_exact = |gauge: usize| left[gauge] <= exact;
-        // Returns the share of a column's standard deviation that a straight line in time leaves unexplained, in the run
-        // where it is largest.
-        let off_time = |at: usize| {
-            let of_run = |run: usize| {
-                let own = self.total(|of| of == run);
-                let product = |i: usize, j: usize| fits::product(&own, i, j);
-                let explained = product(at, 1).powi(2) / product(1, 1);
-                (1.0 - explained / product(at, at)).max(0.0).sqrt()
-            };
-            (0..self.n_runs()).map(of_run).fold(0.0, f64::max)
-        };
-        let loads_move =
-            (0..shape.axes.len()).all(|axis| off_time(shape.load(axis)) > 10.0 * CLOCK);
         let is_constant = |sums: &Mat<f64>, gauge: usize| {
             sums[(0, 0)] >= FEWEST_SAMPLES && deviation(sums, shape.gauge(gauge)) < MOVES
         };
@@ -92,8 +75,6 @@ impl Rig {
                 found.push(format!(
                     "the gauge column {name} equals a linear combination of the reference loads"
                 ));
-            } else if loads_move && off_time(shape.gauge(gauge)) < CLOCK {
-                found.push(format!("the gauge column {name} seems to be a clock"));
             }
         }
         let seen = first_clauses(NAMED, &found);

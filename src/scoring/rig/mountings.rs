@@ -1,7 +1,7 @@
 //! Finds blocks of consecutive rows of a table of load cases between which the zeros of the gauges differ, because the sensor
 //! was mounted anew.
 //!
-//! Loads, their squares, and for an ordered table the direction of each load explain the gauges first. Then steps of the zeros
+//! Loads, their squares, and the direction of each load explain the gauges first. Then steps of the zeros
 //! are added one after the other.
 
 use faer::Mat;
@@ -9,13 +9,15 @@ use serde_json::json;
 
 use crate::{
     finding::{Finding, Id, Verdict},
+    min_max::MinMax,
     recording::Recording,
     scoring::{
         faults::are_of_one_table,
         numbers::{percent, significant},
         rig::{
             Rig,
-            fits::{self, Forward},
+            cause::matters,
+            fits::{self, Forward, Shape},
             steps::{Steps, step_at},
         },
     },
@@ -27,17 +29,15 @@ const FEWEST_ROWS: usize = 3;
 const MOST_STEPS: usize = 11;
 /// Minimum part of a step that the other columns do not explain.
 const INDEPENDENT: f64 = 0.3;
-/// Change of the load from one row to the next, in its variance, below which a table is ordered.
-const ORDERED: f64 = 0.5;
-/// Weight of each step in the criterion by which their number is chosen. The criterion of Bayes has 1.
-const WEIGHT: f64 = 3.0;
-/// Minimum F statistic of the steps as a mean over the gauges, and maximum ratio of the residuals with and without them.
-const CERTAIN: f64 = 60.0;
-const LEFT: f64 = 0.4;
+/// Minimum F statistic of each step as a mean over the gauges, and maximum ratio of the residuals with and without all steps.
+const CERTAIN: f64 = 15.0;
+const LEFT: f64 = 0.33;
 /// Smallest standard deviation of a gauge's residual, as a share of the gauge's deviation.
 const EXACT: f64 = 1e-5;
-/// Smallest difference of a zero that is reported (full scale).
+/// Smallest difference of a zero that is reported (full scale), and that in a table whose rows do not show the hysteresis that
+/// an unloaded axis keeps.
 const SMALLEST: f64 = 0.002;
+const UNPAIRED: f64 = 0.05;
 
 /// Row of a table, or several rows in succession with one load: the rows of the file, counted from 0, and mean values.
 struct Row {
@@ -45,8 +45,8 @@ struct Row {
     last: usize,
     case: usize,
     n: f64,
-    gauges: Vec<f64>,
-    loads: Vec<f64>,
+    /// Gauges, then loads.
+    values: Vec<f64>,
 }
 
 impl Rig {
@@ -70,100 +70,67 @@ impl Rig {
             let own = cases[case];
             let loads = axes.iter().zip(&self.shape.full_scale);
             let loads = loads.map(|(axis, full)| own.loads()[k * own.axes().len() + axis] / full);
-            let gauges = self.standard(own.gauges_at(k));
+            let values = self.standard(own.gauges_at(k)).chain(loads);
             let number = own.times()[k] as usize;
-            match rows.last_mut().filter(|row| row.case == case) {
-                Some(row) => {
-                    row.last = number;
-                    row.n += 1.0;
-                    let add = |(mean, value): (&mut f64, f64)| *mean += (value - *mean) / row.n;
-                    row.gauges.iter_mut().zip(gauges).for_each(add);
-                    row.loads.iter_mut().zip(loads).for_each(add);
-                }
-                None => rows.push(Row {
-                    first: number,
-                    last: number,
-                    case,
-                    n: 1.0,
-                    gauges: gauges.collect(),
-                    loads: loads.collect(),
-                }),
+            if rows.last().is_none_or(|row| row.case != case) {
+                let values = vec![0.0; self.shape.width() - 2];
+                rows.push(Row { first: number, last: number, case, n: 0.0, values });
             }
+            let Some(row) = rows.last_mut() else { continue };
+            row.last = number;
+            row.n += 1.0;
+            let means = row.values.iter_mut().zip(values);
+            means.for_each(|(mean, value)| *mean += (value - *mean) / row.n);
         }
         rows
     }
 
     fn mountings_of(&self, cases: &[&Recording]) -> Option<Finding> {
-        let rows = self.rows(cases);
-        let starts = starts(&rows)?;
-        let blocks: Vec<&[Row]> = starts
-            .iter()
-            .zip(starts.iter().skip(1).chain([&rows.len()]))
-            .map(|(from, to)| &rows[*from..*to])
-            .collect();
-        let shape = &self.shape;
-        let sums = |blocks: &[&[Row]]| {
-            let mut all = Mat::<f64>::zeros(shape.width(), shape.width());
-            for block in blocks {
-                let wide: Vec<Vec<f64>> = block
-                    .iter()
-                    .map(|row| [&[0.0, 0.0], &*row.gauges, &row.loads].concat())
-                    .collect();
-                let mean =
-                    |at: usize| wide.iter().map(|row| row[at]).sum::<f64>() / wide.len() as f64;
-                let means: Vec<f64> = (0..shape.width()).map(mean).collect();
-                for row in &wide {
-                    let value = |at: usize| if at == 0 { 1.0 } else { row[at] - means[at] };
-                    all += Mat::from_fn(shape.width(), shape.width(), |i, j| value(i) * value(j));
-                }
-            }
-            all
+        let (rows, shape) = (self.rows(cases), &self.shape);
+        let (starts, smallest) = starts(&rows, shape)?;
+        let ends = starts.iter().skip(1).copied().chain([rows.len()]);
+        let blocks: Vec<&[Row]> =
+            starts.iter().zip(ends).map(|(from, to)| &rows[*from..to]).collect();
+        let [one, each] = [&[&*rows], &*blocks].map(|blocks| sums(blocks, shape));
+        let inverse = Forward::of(&each, shape).inverse(shape);
+        // Load that the zero of a block looks like, apart from a constant.
+        let zero = |block: &[Row], axis: usize| {
+            mean(block, |row| {
+                let shown = (0..shape.n_gauges).map(|at| inverse[(axis, at)] * row.values[at]);
+                shown.sum::<f64>() - row.values[shape.n_gauges + axis]
+            })
         };
-        let (one, each) = (sums(&[&rows]), sums(&blocks));
-        let fit = Forward::of(&each, shape);
-        let inverse = fit.inverse(shape);
-        // Loads that the zeros of a block look like, with an unknown constant.
-        let zeros = |block: &&[Row]| -> Vec<f64> {
-            let of_axis = |axis: usize| {
-                let shown = |row: &Row| {
-                    let gauges = row.gauges.iter().enumerate();
-                    let shown = gauges.map(|(at, gauge)| inverse[(axis, at)] * gauge);
-                    shown.sum::<f64>() - row.loads[axis]
-                };
-                block.iter().map(shown).sum::<f64>() / block.len() as f64
-            };
-            (0..shape.axes.len()).map(of_axis).collect()
+        let of_block = |block: &&[Row]| -> Vec<f64> {
+            (0..shape.axes.len()).map(|axis| zero(block, axis)).collect()
         };
-        let zeros: Vec<Vec<f64>> = blocks.iter().map(zeros).collect();
+        let zeros: Vec<Vec<f64>> = blocks.iter().map(of_block).collect();
         let spread = |axis: usize| {
-            let all = || zeros.iter().map(|own| own[axis]);
-            all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min)
+            let ends: MinMax = zeros.iter().map(|own| own[axis]).collect();
+            ends.span()
         };
         let most = (0..shape.axes.len()).max_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
-        if spread(most) < SMALLEST {
+        if spread(most) < smallest {
             return None;
         }
-        let ranges: Vec<[usize; 2]> = blocks
-            .iter()
-            .map(|block| [block[0].first + 1, block[block.len() - 1].last + 1])
-            .collect();
+        let [with, without] =
+            [(&one, 1), (&each, blocks.len())].map(|(sums, n)| fits::fit_error(sums, n, shape));
+        let ends = |block: &&[Row]| [block[0].first + 1, block[block.len() - 1].last + 1];
+        let ranges: Vec<[usize; 2]> = blocks.iter().map(ends).collect();
         let words: Vec<String> = ranges.iter().map(|[from, to]| format!("{from}–{to}")).collect();
         let seen = format!(
-            "the table has {}: between the rows {}, the zeros of the gauges differ",
+            "the table has {}: the zeros of the gauges differ between the rows {}",
             counted(blocks.len(), "mounting"),
             words.join(", ")
         );
-        let (axis, full_scale) = (shape.axes[most], shape.full_scale[most]);
-        let [with, without] =
-            [(&one, 1), (&each, blocks.len())].map(|(sums, n)| fits::fit_error(sums, n, shape));
-        let [shown_with, shown_without] =
-            [with, without].map(|error| significant(100.0 * error, 2));
+        let axis = shape.axes[most];
         let figures = format!(
-            "by up to {} {} of {}, {} of full scale; the error of a conventional fit is {shown_with} % of full scale, and {shown_without} % with a zero for each mounting",
-            significant(spread(most) * full_scale, 3),
+            "by up to {} {} of {}, {} of full scale; the error of a conventional fit is {} of full scale, and {} with a zero for each mounting",
+            significant(spread(most) * shape.full_scale[most], 3),
             axis.unit(),
             axis.symbol(),
             percent(spread(most)),
+            percent(with),
+            percent(without),
         );
         let facts = ranges.iter().zip(&zeros).map(|(rows, own)| {
             let change = |axis: usize| (own[axis] - zeros[0][axis]) * shape.full_scale[axis];
@@ -171,84 +138,84 @@ impl Rig {
             let axes: Vec<&str> = shape.axes.iter().map(|axis| axis.symbol()).collect();
             json!({ "rows": rows, "axes": axes, "zero_compared_with_first": changes })
         });
-        let found = Finding::new(Id::Mountings, Verdict::Doubtful, seen).with(figures);
+        let severity = if matters(with, without) { Verdict::Doubtful } else { Verdict::Enough };
+        let found = Finding::new(Id::Mountings, severity, seen).with(figures);
         Some(found.costing((with - without).max(0.0)).facts(facts.collect()))
     }
 }
 
-/// Returns the first row of each mounting, if there are several.
-fn starts(rows: &[Row]) -> Option<Vec<usize>> {
+/// Returns the sums of products over blocks of rows, each after subtraction of the block's means.
+fn sums(blocks: &[&[Row]], shape: &Shape) -> Mat<f64> {
+    let mut sums = Mat::<f64>::zeros(shape.width(), shape.width());
+    for block in blocks {
+        let means: Vec<f64> =
+            (0..shape.width() - 2).map(|at| mean(block, |row| row.values[at])).collect();
+        for row in *block {
+            let off = |at: usize| match at {
+                0 => 1.0,
+                1 => 0.0,
+                at => row.values[at - 2] - means[at - 2],
+            };
+            sums += Mat::from_fn(shape.width(), shape.width(), |i, j| off(i) * off(j));
+        }
+    }
+    sums
+}
+
+fn mean(block: &[Row], value: impl Fn(&Row) -> f64) -> f64 {
+    block.iter().map(value).sum::<f64>() / block.len() as f64
+}
+
+/// Returns the first row of each mounting, if there are several, and the smallest difference of zeros to report.
+fn starts(rows: &[Row], shape: &Shape) -> Option<(Vec<usize>, f64)> {
     let n = rows.len();
-    let (n_axes, n_gauges) = (rows.first()?.loads.len(), rows[0].gauges.len());
-    let gauges: Vec<Vec<f64>> =
-        (0..n_gauges).map(|at| rows.iter().map(|row| row.gauges[at]).collect()).collect();
-    let mut known = Steps::new(vec![0; n], &gauges);
-    let loads: Vec<Vec<f64>> =
-        (0..n_axes).map(|at| rows.iter().map(|row| row.loads[at]).collect()).collect();
+    let (n_axes, n_gauges) = (shape.axes.len(), shape.n_gauges);
+    let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row.values[at]).collect() };
+    let mut known = Steps::new(vec![0; n], &(0..n_gauges).map(column).collect::<Vec<_>>());
+    let loads: Vec<Vec<f64>> = (n_gauges..n_gauges + n_axes).map(column).collect();
     let powers = if n_axes == 1 { 3 } else { 2 };
     for load in &loads {
         for power in 1..=powers {
             known.explain(&load.iter().map(|load| load.powi(power)).collect::<Vec<_>>());
         }
     }
-    let mut changes: Vec<f64> = loads.iter().filter_map(|own| change_by_row(own)).collect();
-    changes.sort_by(f64::total_cmp);
-    if changes.get(changes.len() / 2).is_some_and(|change| *change < ORDERED) {
-        for load in &loads {
+    let mut smallest = SMALLEST;
+    for load in &loads {
+        let [up, down] = [1.0, -1.0]
+            .map(|way| load.windows(2).filter(|pair| way * (pair[1] - pair[0]) > 0.0).count());
+        if up.min(down) >= FEWEST_ROWS {
             known.explain(&directions(load));
+        } else if up.min(down) > 0 {
+            smallest = UNPAIRED;
         }
     }
+    let per_freedom =
+        |known: &Steps| known.squares().iter().sum::<f64>() / known.freedom().max(1) as f64;
+    let before = per_freedom(&known);
     let floor = n as f64 * EXACT * EXACT;
-    let squares = |known: &Steps| -> Vec<f64> {
-        known.squares().into_iter().map(|own| own.max(floor)).collect()
-    };
-    let (before, freedom) = (squares(&known), known.freedom());
-    let score = |squares: &[f64], n_steps: usize| {
-        let logarithms = squares.iter().map(|own| own.ln()).sum::<f64>();
-        n as f64 * logarithms + WEIGHT * (n as f64).ln() * ((n_gauges + 1) * n_steps) as f64
-    };
     let mut starts = vec![0];
-    let mut best = (score(&before, 0), starts.clone(), before.clone(), freedom);
     while starts.len() <= MOST_STEPS && known.freedom() > 2 {
-        let left = squares(&known);
-        let mut most = (0.0, 0);
+        let (left, freedom) = (known.squares(), (known.freedom() - 1) as f64);
+        let mut best = (CERTAIN, 0);
         known.steps(INDEPENDENT, |row, gains| {
             let is_free = |start: &usize| row.abs_diff(*start) >= FEWEST_ROWS;
             if n - row >= FEWEST_ROWS && starts.iter().all(is_free) {
-                let fall = |(gain, left): (&f64, &f64)| -(1.0 - gain / left).max(1e-6).ln();
-                let falls: f64 = gains.iter().zip(&left).map(fall).sum();
-                if falls > most.0 {
-                    most = (falls, row);
+                let certainty = |(gain, left): (&f64, &f64)| gain / (left - gain).max(floor);
+                let sum: f64 = gains.iter().zip(&left).map(certainty).sum();
+                let certainty = sum * freedom / n_gauges as f64;
+                if certainty > best.0 {
+                    best = (certainty, row);
                 }
             }
         });
-        if most.0 <= 0.0 || !known.explain(&step_at(most.1, n)) {
+        if best.1 == 0 || !known.explain(&step_at(best.1, n)) {
             break;
         }
-        starts.push(most.1);
-        let left = squares(&known);
-        let score = score(&left, starts.len() - 1);
-        if score < best.0 {
-            best = (score, starts.clone(), left, known.freedom());
-        }
+        starts.push(best.1);
     }
-    let (_, mut starts, after, free) = best;
-    let (n_steps, free) = ((starts.len() - 1) as f64, free as f64);
-    let certainty = |(before, after): (&f64, &f64)| (before - after) / n_steps / (after / free);
-    let certainty = before.iter().zip(&after).map(certainty).sum::<f64>() / n_gauges as f64;
-    let per_freedom = |squares: &[f64], freedom: f64| squares.iter().sum::<f64>() / freedom;
-    let ratio = (per_freedom(&after, free) / per_freedom(&before, freedom as f64)).sqrt();
     starts.sort_unstable();
-    (n_steps > 0.0 && certainty > CERTAIN && ratio < LEFT).then_some(starts)
-}
-
-/// Returns half the mean squared change of a load from row to row, divided by its variance.
-fn change_by_row(load: &[f64]) -> Option<f64> {
-    let n = load.len() as f64;
-    let mean = load.iter().sum::<f64>() / n;
-    let variance = load.iter().map(|load| (load - mean).powi(2)).sum::<f64>() / n;
-    let changes = load.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum::<f64>() / (n - 1.0);
-    (variance > 0.0).then(|| changes / (2.0 * variance))
+    let ratio = (per_freedom(&known) / before).sqrt();
+    (starts.len() > 1 && ratio < LEFT).then_some((starts, smallest))
 }
 
 /// Returns 1 for rows that a load reaches from below, −1 for rows that it reaches from above.
