@@ -37,7 +37,8 @@ impl Steps {
     /// Returns the part of a column that is independent of groups and known columns, at length one. `None` if nothing is left.
     pub fn independent(&self, column: &[f64]) -> Option<Vec<f64>> {
         let mut part = self.centred(column);
-        let length = product(&part, &part).sqrt();
+        // Compared with the whole column, because a column that is constant in each group leaves rounding errors.
+        let length = column.iter().map(|value| (value - column[0]).powi(2)).sum::<f64>().sqrt();
         // The second round removes rounding errors.
         for known in self.known.iter().chain(&self.known) {
             let factor = product(known, &part);
