@@ -505,7 +505,7 @@ impl Id {
             Self::DriftWithin => (
                 "rig",
                 "the fit uses the mean of the drifting zero, and the drift is an error of the loads; let the sensor warm up, record a temperature, or tare before each use",
-                &[Way::Tare, Way::Auxiliary],
+                &[Way::Auxiliary],
             ),
             Self::ZeroJumped => (
                 "rig",
