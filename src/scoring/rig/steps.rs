@@ -110,3 +110,29 @@ impl Steps {
 pub(super) fn step_at(row: usize, n: usize) -> Vec<f64> {
     (0..n).map(|k| if k >= row { 1.0 } else { 0.0 }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_found_between_rows_of_groups() {
+        let groups = [0, 1, 0, 1, 0, 1, 0, 1];
+        let of_group: Vec<f64> = groups.iter().map(|group| 0.3 + 0.1 * *group as f64).collect();
+        let step = step_at(5, groups.len());
+        let values = of_group.iter().zip(&step).map(|(group, step)| 100.0 * group + 2.0 * step);
+        let mut steps = Steps::new(groups.to_vec(), &[values.collect()]);
+        assert!(!steps.explain(&of_group), "it is constant in each group");
+        assert_eq!(steps.freedom(), 6);
+        let mut best = (0, 0.0);
+        steps.steps(0.5, |row, gains| {
+            if gains[0] > best.1 {
+                best = (row, gains[0]);
+            }
+        });
+        assert_eq!(best.0, 5);
+        assert!((steps.size(&step).unwrap() - 2.0).abs() < 1e-9);
+        assert!((steps.gain(&step) - steps.squares()[0]).abs() < 1e-9);
+        assert!(steps.explain(&step) && steps.squares()[0] < 1e-12);
+    }
+}
