@@ -35,9 +35,6 @@ const UNITS: [(f64, &str); 6] = [
 /// confused units or the reversed sign.
 const NEAR: f64 = 0.03;
 const NAMED: usize = 6;
-/// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. On
-/// single gauges, hysteresis alone can look like a lag that explains up to 0.3.
-const LAG_SHARE_OF_FEW: f64 = 0.4;
 /// Maximum number of samples in which time lags are measured. If the recordings have more samples, only the first recordings
 /// are used.
 const LAG_LONGEST: usize = 200_000;
@@ -237,13 +234,10 @@ pub(crate) fn lag(
     let found = lags(&runs, progress)?;
     let known: Vec<&Lag> = found.iter().flatten().collect();
     let late: Vec<&Lag> = known.iter().copied().filter(is_late).collect();
-    let are_many = 2 * late.len() > known.len();
     let worst =
         late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share));
-    let Some(worst) = worst.filter(|own| are_many || own.explained_error_share > LAG_SHARE_OF_FEW)
-    else {
-        return Ok(None);
-    };
+    // On single gauges, hysteresis alone can look like a lag.
+    let Some(worst) = worst.filter(|_| 2 * late.len() > known.len()) else { return Ok(None) };
     let is_worst = |own: &Result<Lag, _>| own.as_ref().is_ok_and(|own| std::ptr::eq(own, *worst));
     let by_run = lag_by_run(&runs, found.iter().position(is_worst).unwrap_or_default());
     let differs = |own: &Lag| {
@@ -261,9 +255,8 @@ pub(crate) fn lag(
         true => ("behind", worst.seconds),
         false => ("ahead of", -worst.seconds),
     };
-    let which = if are_many { "the gauges are" } else { "some gauges are" };
     let seen = format!(
-        "{which} {way} the reference by {} s, which is {} samples",
+        "the gauges are {way} the reference by {} s, which is {} samples",
         significant(size, 2),
         significant(worst.samples.abs(), 2)
     );
