@@ -4,6 +4,7 @@ use crate::{
     finding::{Finding, Id, Verdict},
     recording::Recording,
     scoring::{
+        faults::are_of_one_table,
         numbers::{percent, significant},
         rig::{
             Rig,
@@ -20,23 +21,30 @@ use Verdict::Doubtful;
 /// clipped. The mean rise is multiplied by the root of the number of such stays and divided by the error of the fit. Without
 /// clipping, this number has the mean −0.8 and the standard deviation 1.2, so it exceeds 3 once in a thousand cases.
 const RISES: f64 = 3.0;
+/// Minimum number of other peaks (reversals) of a load, for a judgement on whether its peaks differ.
+const FEWEST_PEAKS: usize = 5;
 /// Minimum mean excess of the predicted over the recorded load where the recorded load is at its maximum, for a report that
 /// it is clipped. It is divided by the RMS error of the other samples. An error that is a cubic of the load is √7 = 2.65
 /// times its RMS at the end of the range. Hysteresis causes up to 0.9.
 const BEYOND: f64 = 2.65;
-
+/// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
+/// reported as clipped.
+const RECURS_BY_CHANCE: f64 = 1e-4;
 impl Rig {
-    /// Returns findings of axes whose reference load is clipped: it stays at its maximum while the gauges rise and fall again.
+    /// Returns findings of axes whose reference load is clipped. It stays at its maximum while the gauges rise and fall
+    /// again, or it returns to exactly its maximum although all its other peaks differ.
     pub fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let shape = &self.shape;
         let back = fits::backward(&self.total(|_| true), shape);
         let mut found = Vec::new();
         for (at, axis) in shape.axes.iter().enumerate() {
-            // Recorded and predicted loads as shares of full scale. Load cases have no order, so they show no rise.
-            let traces = recordings.iter().filter(|own| !own.is_static());
-            let traces: Vec<Vec<(f64, f64)>> =
-                traces.map(|own| self.shown(own, at, back.row(at)).collect()).collect();
-            let all = || traces.iter().flatten();
+            // Recorded and predicted loads as shares of full scale.
+            let traces = recordings.chunk_by(|a, b| are_of_one_table(a, b)).map(|table| Trace {
+                is_static: table[0].is_static(),
+                samples: (table.iter().flat_map(|own| self.shown(own, at, back.row(at)))).collect(),
+            });
+            let traces: Vec<Trace> = traces.collect();
+            let all = || traces.iter().flat_map(|own| &own.samples);
             let n = all().count().max(1) as f64;
             let mean = all().map(|(load, shown)| shown - load).sum::<f64>() / n;
             let squares = all().map(|(load, shown)| (shown - load - mean).powi(2)).sum::<f64>();
@@ -47,11 +55,13 @@ impl Rig {
             let resolution = steps.fold(f64::INFINITY, f64::min);
             for outward in [-1.0, 1.0] {
                 let end = all().map(|own| outward * own.0).fold(f64::NEG_INFINITY, f64::max);
-                let stays = traces.iter().flat_map(|own| own.chunk_by(|a, b| a.0 == b.0));
-                let at_end = stays.filter(|stay| stay.len() > 2 && outward * stay[0].0 == end);
-                let rises: Vec<f64> = at_end.map(|stay| rise(stay, outward)).collect();
+                let peaks: Vec<Vec<Peak>> = traces.iter().map(|own| own.peaks(outward)).collect();
+                let visits = || peaks.iter().flatten().filter(|own| own.load == end);
+                let rises: Vec<f64> = visits().filter_map(|own| own.rise).collect();
                 let rise = rises.iter().sum::<f64>() / rises.len().max(1) as f64;
-                if rise * (rises.len() as f64).sqrt() <= RISES * error || rise <= resolution {
+                let is_risen =
+                    rise * (rises.len() as f64).sqrt() > RISES * error && rise > resolution;
+                if !is_risen && !recurs(&peaks, end, resolution) {
                     continue;
                 }
                 let (excess, error) = self.excess(recordings, at, outward * end);
@@ -64,7 +74,7 @@ impl Rig {
                     );
                     let figures = format!(
                         "this happens {}, and the gauges rise further by {} of full scale on average",
-                        counted(rises.len(), "time"),
+                        counted(visits().count(), "time"),
                         percent(excess.abs())
                     );
                     let found_here = Finding::new(Id::ReferenceClipped, Doubtful, seen);
@@ -113,12 +123,65 @@ impl Rig {
     }
 }
 
-/// Returns the mean predicted load of the middle half of a stay, minus the larger of the first and the last one. For noise
+/// Recorded and predicted loads of one axis, in a recording or a table of load cases.
+struct Trace {
+    is_static: bool,
+    samples: Vec<(f64, f64)>,
+}
+
+/// Peak of a load: load at which an axis reverses its direction, or a static load case.
+struct Peak {
+    load: f64,
+    /// Rise of the load that the gauges predict, while the recorded load stays at the peak. `None` if it stays for less than
+    /// three samples.
+    rise: Option<f64>,
+}
+
+impl Trace {
+    /// Returns the upper peaks of the load (`outward` = 1) or the lower ones (−1).
+    fn peaks(&self, outward: f64) -> Vec<Peak> {
+        let stays: Vec<&[(f64, f64)]> = match self.is_static {
+            true => self.samples.chunks(1).collect(),
+            false => self.samples.chunk_by(|a, b| a.0 == b.0).collect(),
+        };
+        let load = |at: usize| stays.get(at).map(|own| outward * own[0].0);
+        let is_peak = |at: &usize| {
+            let beside = [load(at + 1), at.checked_sub(1).and_then(load)];
+            self.is_static || beside.into_iter().flatten().all(|own| Some(own) < load(*at))
+        };
+        let peak = |at: usize| Peak {
+            load: outward * stays[at][0].0,
+            rise: (stays[at].len() > 2)
+                .then(|| rise(stays[at].iter().map(|own| outward * own.1).collect())),
+        };
+        (0..stays.len()).filter(is_peak).map(peak).collect()
+    }
+}
+
+/// Returns true if a load returns to exactly its maximum more often than chance explains, although its other peaks all
+/// differ. Loads that are set to nominal values are excluded, because they also repeat their smaller values.
+fn recurs(peaks: &[Vec<Peak>], end: f64, resolution: f64) -> bool {
+    let again =
+        |own: &Vec<Peak>| own.iter().filter(|own| own.load == end).count().saturating_sub(1);
+    let again: usize = peaks.iter().map(again).sum();
+    let others = peaks.iter().flatten().map(|own| own.load);
+    let mut others: Vec<f64> = others.filter(|load| *load < end).collect();
+    let n = others.len();
+    others.sort_by(f64::total_cmp);
+    let least = others.first().copied().unwrap_or(end);
+    others.dedup();
+    let expected = n as f64 * resolution / (end - least);
+    again > 0
+        && n >= FEWEST_PEAKS
+        && 10 * others.len() > 9 * n
+        && expected.powi(again as i32) < RECURS_BY_CHANCE
+}
+
+/// Returns the mean of the middle half of these values in time, minus the larger of the first and the last value. For noise
 /// alone, this is negative.
-fn rise(stay: &[(f64, f64)], outward: f64) -> f64 {
-    let n = stay.len();
+fn rise(values: Vec<f64>) -> f64 {
+    let n = values.len();
     let skipped = (n / 4).max(1);
-    let inner = &stay[skipped..n - skipped];
-    let mean = inner.iter().map(|own| outward * own.1).sum::<f64>() / inner.len() as f64;
-    mean - (outward * stay[0].1).max(outward * stay[n - 1].1)
+    let inner = &values[skipped..n - skipped];
+    inner.iter().sum::<f64>() / inner.len() as f64 - values[0].max(values[n - 1])
 }
