@@ -30,6 +30,7 @@ const BEYOND: f64 = 2.65;
 /// Maximum probability that an unclipped load returns to exactly its maximum as often as observed. Below it, the load is
 /// reported as clipped.
 const RECURS_BY_CHANCE: f64 = 1e-4;
+
 impl Rig {
     /// Returns findings of axes whose reference load is clipped. It stays at its maximum while the gauges rise and fall
     /// again, or it returns to exactly its maximum although all its other peaks differ.
