@@ -156,11 +156,14 @@ pub struct Finding {
     /// Size of the effect, by which findings are ordered: increase of errors as a share of full scale, or share of the loads
     /// or samples concerned; 0 if unknown.
     pub cost: f64,
+    /// Numbers of the observations, for JSON. A joined finding has one entry for each observation that has numbers.
+    pub facts: Vec<serde_json::Value>,
 }
 
 impl Finding {
     pub(crate) fn new(id: Id, severity: Verdict, seen: impl Into<String>) -> Self {
-        Self { id, severity, seen: seen.into(), place: None, figures: String::new(), cost: 0.0 }
+        let (figures, facts) = (String::new(), Vec::new());
+        Self { id, severity, seen: seen.into(), place: None, figures, cost: 0.0, facts }
     }
 
     pub(crate) fn with(self, figures: impl Into<String>) -> Self {
@@ -169,6 +172,10 @@ impl Finding {
 
     pub(crate) fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
+    }
+
+    pub(crate) fn facts(self, facts: Vec<serde_json::Value>) -> Self {
+        Self { facts, ..self }
     }
 
     /// Joins findings of one kind and severity, and orders the results. Faults of recordings come first, then the others,
@@ -225,7 +232,8 @@ impl Finding {
             return found.remove(0);
         }
         let seen = first_clauses(LISTED, found.iter().map(Self::observation).collect::<Vec<_>>());
-        Self { seen, figures: String::new(), ..found.remove(0) }
+        let facts = found.iter().flat_map(|own| own.facts.clone()).collect();
+        Self { seen, figures: String::new(), facts, ..found.remove(0) }
     }
 
     fn observation(&self) -> String {
@@ -262,12 +270,13 @@ impl fmt::Display for Finding {
 
 impl Serialize for Finding {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut found = serializer.serialize_struct("Finding", 6)?;
+        let mut found = serializer.serialize_struct("Finding", 7)?;
         found.serialize_field("id", <&str>::from(self.id))?;
         found.serialize_field("about", self.id.words().0)?;
         found.serialize_field("verdict", &self.severity)?;
         found.serialize_field("cost", &self.cost)?;
         found.serialize_field("place", &self.place)?;
+        found.serialize_field("facts", &self.facts)?;
         found.serialize_field("text", &self.text(Face::CommandLine))?;
         found.end()
     }
@@ -313,14 +322,14 @@ pub enum Id {
     NoGauge,
     TareChanged,
     ZerosDrift,
+    DriftWithin,
+    ZeroJumped,
+    Mountings,
     GaugeChanged,
     AllGaugesChanged,
     ReferenceScale,
     FrameTurned,
     ColumnsSwapped,
-    Noisy,
-    Hum,
-    Alternates,
     ReferenceClipped,
     Lag,
     SameSamples,
@@ -493,6 +502,21 @@ impl Id {
                 "the fit uses the mean of the drifting gauge values without load; tare each recording, or let the sensor warm up",
                 &[Way::Tare],
             ),
+            Self::DriftWithin => (
+                "rig",
+                "the fit uses the mean of the drifting zero, and the drift is an error of the loads; let the sensor warm up, record a temperature, or tare before each use",
+                &[Way::Auxiliary],
+            ),
+            Self::ZeroJumped => (
+                "rig",
+                "the fit uses the mean of the zeros before and after the jump; check screws, connectors and cables, and split the recording at this time or exclude one part",
+                &[Way::Roles],
+            ),
+            Self::Mountings => (
+                "rig",
+                "the fit uses one zero for all rows, and the difference becomes an error of the loads; subtract the unloaded gauge values of each mounting from its rows",
+                &[],
+            ),
             Self::GaugeChanged => (
                 "rig",
                 "check the gauge whose sensitivity changed, its cable and its amplifier, or exclude the recordings from training",
@@ -517,21 +541,6 @@ impl Id {
                 "rig",
                 "the fit assigns these columns to the wrong gauges or axes; correct the roles of the columns in this recording",
                 &[Way::Columns],
-            ),
-            Self::Noisy => (
-                "rig",
-                "the fit gives this noisy recording the same weight as the other recordings; check cables, shields and supply, or exclude the recording from training",
-                &[Way::Roles],
-            ),
-            Self::Alternates => (
-                "rig",
-                "such values are those of two channels in one column, or hum at half the sample rate, and the fit uses their mean; check the logger's channel order, shields and grounds, or give the gauge the role Ignore",
-                &[Way::Columns],
-            ),
-            Self::Hum => (
-                "rig",
-                "the hum adds to all errors; check shields, grounds and the logger's filter, and record again",
-                &[],
             ),
             Self::ReferenceClipped => (
                 "rig",

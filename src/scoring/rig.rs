@@ -4,13 +4,15 @@
 //! pass over the samples gives sums of products over contiguous parts of each recording, called units. Each possible fault is
 //! then corrected in these sums, and the model is fitted again.
 
-mod alternating;
 mod cause;
 mod chance;
+mod clipped;
 mod columns;
 mod fits;
+mod mountings;
 mod report;
-mod samples;
+mod returns;
+mod steps;
 
 use faer::Mat;
 use serde::Serialize;
@@ -55,8 +57,6 @@ pub struct Rig {
     scales: Vec<(f64, f64)>,
     /// Largest minus smallest value of each gauge, divided by the gauge's scale.
     spans: Vec<f64>,
-    /// For each run, the noise of each gauge divided by the gauge's scale, and true if the run consists of static load cases.
-    noise: Vec<(Vec<f64>, bool)>,
 }
 
 /// Zero and sensitivity of the gauges in one recording, or in consecutive recordings combined.
@@ -95,11 +95,9 @@ impl Rig {
         let run_of = |at: usize| at * n_runs / order.len();
         let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
         order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
-        let mut rig = Self { units: Vec::new(), shape, runs, scales, spans, noise: Vec::new() };
+        let mut rig = Self { units: Vec::new(), shape, runs, scales, spans };
         let columns = |gauges: &[f64], row: &mut Vec<f64>| row.extend(rig.standard(gauges));
         rig.units = units(recordings, &rig.runs, &rig.shape, columns, |_, _| true);
-        let is_static = |run: &Vec<usize>| run.iter().any(|at| recordings[*at].is_static());
-        rig.noise = rig.noise(recordings).into_iter().zip(rig.runs.iter().map(is_static)).collect();
         Some(rig)
     }
 

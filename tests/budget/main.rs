@@ -96,8 +96,6 @@ struct Counts {
     ratios: Vec<f64>,
     mostly: [usize; 2],
     gone: [usize; 2],
-    less: [usize; 2],
-    still: [usize; 2],
     worse: usize,
     factors: Vec<f64>,
 }
@@ -179,12 +177,9 @@ impl Counts {
         let Some((_, changes)) = words.split_once("Compensated:") else { return };
         let changes = changes.split(';').next().unwrap_or_default();
         for clause in changes.split(", ") {
-            let (what, kind) = match () {
-                () if clause.contains(": gone") => (0, &mut self.gone),
-                () if clause.contains(": less") => (1, &mut self.less),
-                () if clause.contains(": still there") => (2, &mut self.still),
-                () => continue,
-            };
+            if !clause.contains(": gone") {
+                continue;
+            }
             let sources: Vec<&str> = match clause {
                 own if own.contains("slow changes") => vec!["zeros"],
                 own if HISTORY.iter().any(|cause| own.contains(cause)) => HISTORY.to_vec(),
@@ -195,8 +190,7 @@ impl Counts {
                 sources.iter().map(|source| of.get(source).copied().unwrap_or(0.0)).sum()
             };
             let left = sum(after) / sum(before).max(1e-300);
-            let truly = usize::from(left > 0.25) + usize::from(left > 0.75);
-            kind[usize::from(truly != what)] += 1;
+            self.gone[usize::from(left > 0.25)] += 1;
         }
     }
 }
@@ -269,8 +263,8 @@ fn shares_and_sentences_are_those_of_the_simulator() {
             own.named
         );
         println!(
-            "    right and wrong: mostly {:?}, gone {:?}, less {:?}, still there {:?}; worse {}",
-            own.mostly, own.gone, own.less, own.still, own.worse
+            "    right and wrong: mostly {:?}, gone {:?}; worse {}",
+            own.mostly, own.gone, own.worse
         );
         assert!(20 * own.invented <= own.absent, "{model}");
         assert!(10 * own.mostly[1] <= own.mostly[0] + 10, "{model}");

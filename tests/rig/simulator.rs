@@ -230,14 +230,12 @@ pub enum Fault {
     SwappedAxes,
     MirroredAxis,
     MirroredGauge,
-    NoiseOnce,
     Clipped,
-    Hum,
     ClippedReference,
     Late,
 }
 
-pub const FAULTS: [Fault; 17] = [
+pub const FAULTS: [Fault; 15] = [
     Fault::Tare,
     Fault::Drift,
     Fault::GaugeFrom,
@@ -250,9 +248,7 @@ pub const FAULTS: [Fault; 17] = [
     Fault::SwappedAxes,
     Fault::MirroredAxis,
     Fault::MirroredGauge,
-    Fault::NoiseOnce,
     Fault::Clipped,
-    Fault::Hum,
     Fault::ClippedReference,
     Fault::Late,
 ];
@@ -274,8 +270,7 @@ impl Fault {
     /// Minimum number of recordings with which the fault can be identified.
     pub fn fewest_runs(self) -> usize {
         match self {
-            Self::NoiseOnce => 4,
-            Self::Clipped | Self::Hum | Self::ClippedReference | Self::Late => 1,
+            Self::Clipped | Self::ClippedReference | Self::Late => 1,
             _ => 2,
         }
     }
@@ -290,7 +285,7 @@ impl Fault {
             Self::SwappedGauges => set.n_gauges > 1,
             Self::SwappedAxes => set.axes.len() > 1,
             // Load cases have no order in time.
-            Self::Hum | Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
+            Self::Late => set.runs.iter().all(|run| run.programme != Programme::Poses),
             _ => true,
         }
     }
@@ -308,7 +303,6 @@ impl Fault {
         let other_axis = (axis + 1 + dice.below((set.axes.len() - 1).max(1))) % set.axes.len();
         let shift: Vec<f64> = set.span.iter().map(|span| span * dice.normal()).collect();
         let way = [(); 3].map(|()| dice.normal());
-        let hz = dice.between(0.25, 0.45);
         let ends = |of: &dyn Fn(&Run, usize) -> f64| {
             let values =
                 sound.runs.iter().flat_map(|run| (0..run.loads.len()).map(move |k| of(run, k)));
@@ -349,15 +343,7 @@ impl Fault {
                     Self::SwappedAxes if run == own => loads.swap(axis, other_axis),
                     Self::MirroredAxis if run == own => loads[axis] = -loads[axis],
                     Self::MirroredGauge if run == own => gauges[gauge] = -gauges[gauge],
-                    Self::NoiseOnce if run == own => {
-                        let spans = gauges.iter_mut().zip(&set.span);
-                        spans.for_each(|(own, span)| *own += size * span * dice.normal());
-                    }
                     Self::Clipped => gauges[gauge] = gauges[gauge].min(high - size * (high - low)),
-                    Self::Hum => {
-                        let wave = size * (std::f64::consts::TAU * hz * k as f64).sin();
-                        gauges.iter_mut().zip(&shift).for_each(|(own, shift)| *own += shift * wave);
-                    }
                     Self::ClippedReference => {
                         loads[axis] = loads[axis].min(most - size * (most - least))
                     }

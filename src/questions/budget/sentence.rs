@@ -19,21 +19,12 @@ const MOST_OF_TWO: f64 = 0.6;
 const WORSE: f64 = 1.1;
 /// Share of the mean squared error from which it is said what the compensation does to a cause.
 const LEAST_BEFORE: f64 = 0.1;
-/// Part of a cause's share that is left, below which the cause is gone, and above which it is still there.
+/// Part of a cause's share that is left, below which the cause is gone.
 const GONE: f64 = 0.25;
-const STILL_THERE: f64 = 0.75;
 /// Part of a cause's share by which the whole error must fall, if the cause is gone.
 const LEAST_FALL: f64 = 0.5;
 /// Largest factor between the mean squared errors of the fit's cross-validation and of the budget's own fits.
 const MOST_SCALED: f64 = 1.25;
-
-/// What a compensation does to a cause.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Change {
-    Gone,
-    Less,
-    StillThere,
-}
 
 impl ErrorBudget {
     /// Returns the sentences about the errors of each pool of axes.
@@ -76,15 +67,9 @@ fn sentence(of: &ErrorBudget, pool: usize) -> String {
     if !is_sure(after) {
         return text + ".";
     }
-    let changes = changes((before, &of.uncompensated), (after, budget));
-    text.extend(changes.into_iter().map(|(words, change)| {
-        let change = match change {
-            Change::Gone => "gone",
-            Change::Less => "less",
-            Change::StillThere => "still there",
-        };
-        format!(", {words}: {change}")
-    }));
+    for words in gone(before, &of.uncompensated, after) {
+        text += &format!(", {words}: gone");
+    }
     text.extend(mostly(after, budget).map(|words| format!("; what is left is mostly {words}")));
     text + "."
 }
@@ -159,35 +144,22 @@ fn mostly(shares: &Shares, budget: &Budget) -> Option<String> {
     }
 }
 
-/// Returns what the compensation does to the causes of the uncompensated error.
-fn changes(
-    (before, budget): (&Shares, &Budget),
-    (after, budget_after): (&Shares, &Budget),
-) -> Vec<(String, Change)> {
+/// Returns the causes of the uncompensated error that the compensation removes.
+fn gone(before: &Shares, budget: &Budget, after: &Shares) -> Vec<String> {
     let rise = (after.unexplained - before.unexplained).max(0.0);
     let all_after = parts(after);
     let large = |own: &Part<'_>| own.square >= LEAST_BEFORE * before.total;
-    let change = |own: &Part<'_>| {
+    let is_gone = |own: &&Part<'_>| {
         let is_same = |other: &&Part<'_>| {
             other.causes.iter().any(|cause| {
                 own.causes.contains(cause) || (cause.is_history() && own.causes[0].is_history())
             })
         };
         let left = all_after.iter().find(is_same).map_or(0.0, |part| part.square);
-        let share = left / own.square;
         let fell = before.total - after.total >= LEAST_FALL * own.square;
-        let change = if share > STILL_THERE {
-            Change::StillThere
-        } else if share >= GONE || left >= MOST * after.total {
-            Change::Less
-        } else if fell && left + rise < GONE * own.square {
-            Change::Gone
-        } else {
-            return None;
-        };
-        let in_model = |cause: &Cause| budget_after.in_model.contains(cause);
-        let says = change != Change::StillThere || !own.causes.iter().any(in_model);
-        says.then(|| (own.words(budget), change))
+        fell && left + rise < GONE * own.square && left < MOST * after.total
     };
-    parts(before).iter().filter(|own| large(own)).filter_map(change).collect()
+    let parts = parts(before);
+    let gone = parts.iter().filter(|own| large(own) && is_gone(own));
+    gone.map(|own| own.words(budget)).collect()
 }

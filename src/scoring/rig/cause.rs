@@ -43,10 +43,6 @@ const STEPS: usize = 6;
 /// criterion gives `ln n / (2 n)` for n independent errors. This fixed value belongs to n = 60, such as 15 units (parts of
 /// recordings) with four axes each.
 const PARAMETER: f64 = 0.033;
-/// Minimum ratio of a gauge's noise in one run to its noise in each other run, from which the noise is reported. Suppose the
-/// noise of one of four runs increases the total error by a quarter. Then the mean square error of that run is 3.25 times as
-/// large, and the noise is only a part of this error.
-const NOISIER: f64 = 1.8;
 /// Maximum fitted factor of one gauge's sensitivity; its inverse is the minimum. Beyond these limits, the gauge would have no
 /// weight in the fit.
 const MOST_OF_GAUGE: f64 = 20.0;
@@ -77,8 +73,6 @@ pub enum Cause {
     SwappedGauges(usize, usize),
     /// The data columns of two load axes are exchanged.
     SwappedAxes(usize, usize),
-    /// The gauges with these indices have more noise than in the other runs.
-    Noise(Vec<usize>),
 }
 
 impl Cause {
@@ -204,7 +198,7 @@ impl Rig {
             with,
             without: own.error,
         };
-        best.map(found).or_else(|| self.noisy(&errors, with))
+        best.map(found)
     }
 
     /// Returns false if the fault is a tare whose change of the load is too small to be reported. If `m` of `n` held-out
@@ -548,35 +542,6 @@ impl Rig {
             _ => {}
         }
         change
-    }
-
-    /// Returns the gauges with more noise in this run than in each other run, and the largest ratio of the noise.
-    fn noisier(&self, run: usize) -> Option<(Vec<usize>, f64)> {
-        let ratio = |gauge: usize| {
-            let others = self.noise.iter().enumerate().filter(|(own, _)| *own != run);
-            let most = others.map(|(_, own)| own.0[gauge]).fold(0.0, f64::max);
-            self.noise[run].0[gauge] / most.max(f64::MIN_POSITIVE)
-        };
-        let ratios: Vec<f64> = (0..self.shape.n_gauges).map(ratio).collect();
-        let gauges: Vec<usize> = (0..ratios.len()).filter(|at| ratios[*at] > NOISIER).collect();
-        (!gauges.is_empty()).then(|| (gauges, ratios.into_iter().fold(0.0, f64::max)))
-    }
-
-    /// Returns the finding of a run with more noise than the others, whose error would be that of the others without this
-    /// noise. Static load cases are left out, because in them
-    /// noise cannot be told from other errors.
-    fn noisy(&self, errors: &[f64], with: f64) -> Option<Contradiction> {
-        let runs = if self.n_runs() < ENOUGH_RUNS { 0 } else { self.n_runs() };
-        let found = (0..runs).find_map(|run| Some((run, self.noisier(run)?)));
-        let (run, (gauges, ratio)) = found.filter(|(run, _)| !self.noise[*run].1)?;
-        let without = fits::mean_error(errors, &self.units, |other| other != run);
-        matters(with, without).then(|| Contradiction {
-            cause: Cause::Noise(gauges),
-            place: Where::One(run),
-            values: vec![ratio],
-            with,
-            without,
-        })
     }
 
     /// Returns the held-out error over all axes, as a share of full scale.

@@ -1,5 +1,4 @@
-//! Finds columns of recordings that were loaded as gauges but are something else: the reference, a clock, a copy of a gauge,
-//! or a constant.
+//! Finds columns of recordings that were loaded as gauges but are something else: the reference, or a constant.
 
 use faer::Mat;
 
@@ -22,12 +21,6 @@ const EXACT_ON_ONE: f64 = 3e-5;
 /// Minimum ratio of the median residual of the real gauges to the residual of a column that counts as computed from the
 /// loads.
 const OTHERS_LEAVE: f64 = 10.0;
-/// Maximum residual of a column that counts as a copy of another gauge, as a share of the column's standard deviation.
-const SAME: f64 = 1e-5;
-/// Maximum deviation from a straight line in time of a column that counts as a clock, as a share of its standard deviation.
-/// Clocks are searched for only if the loads deviate by more than ten times as much.
-const CLOCK: f64 = 5e-3;
-
 /// Standard deviation of a gauge below which it counts as constant, as a share of its standard deviation in all recordings.
 /// Rounding errors are smaller than this.
 const MOVES: f64 = 1e-6;
@@ -56,19 +49,6 @@ impl Rig {
         let exact = if shape.axes.len() > 1 { EXACT } else { EXACT_ON_ONE };
         let usual = median(left.iter().copied().filter(|own| *own > exact)).unwrap_or(0.0);
         let is_exact = |gauge: usize| left[gauge] <= exact;
-        // Returns the share of a column's standard deviation that a straight line in time leaves unexplained, in the run
-        // where it is largest.
-        let off_time = |at: usize| {
-            let of_run = |run: usize| {
-                let own = self.total(|of| of == run);
-                let product = |i: usize, j: usize| fits::product(&own, i, j);
-                let explained = product(at, 1).powi(2) / product(1, 1);
-                (1.0 - explained / product(at, at)).max(0.0).sqrt()
-            };
-            (0..self.n_runs()).map(of_run).fold(0.0, f64::max)
-        };
-        let loads_move =
-            (0..shape.axes.len()).all(|axis| off_time(shape.load(axis)) > 10.0 * CLOCK);
         let is_constant = |sums: &Mat<f64>, gauge: usize| {
             sums[(0, 0)] >= FEWEST_SAMPLES && deviation(sums, shape.gauge(gauge)) < MOVES
         };
@@ -90,24 +70,10 @@ impl Rig {
         let moving: Vec<usize> =
             (0..shape.n_gauges).filter(|gauge| !is_constant(&all, *gauge)).collect();
         for &gauge in moving.iter().filter(|gauge| left[**gauge].is_finite()) {
-            let same = |other: &usize| {
-                let [a, b] = [shape.gauge(gauge), shape.gauge(*other)];
-                let product = |i: usize, j: usize| fits::product(&all, i, j);
-                let both_exact = is_exact(gauge) && is_exact(*other);
-                !both_exact
-                    && 1.0 - product(a, b).powi(2) / (product(a, a) * product(b, b)) < SAME * SAME
-            };
             let name = &gauges[gauge];
             if is_exact(gauge) && usual > OTHERS_LEAVE * left[gauge].max(exact / OTHERS_LEAVE) {
                 found.push(format!(
                     "the gauge column {name} equals a linear combination of the reference loads"
-                ));
-            } else if loads_move && off_time(shape.gauge(gauge)) < CLOCK {
-                found.push(format!("the gauge column {name} seems to be a clock"));
-            } else if let Some(other) = moving.iter().find(|own| **own < gauge && same(own)) {
-                let other = &gauges[*other];
-                found.push(format!(
-                    "the gauge {name} has the same values as the gauge {other}, apart from a factor and an offset"
                 ));
             }
         }

@@ -184,6 +184,18 @@ pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) 
     (own().map(|(_, error)| error).sum::<f64>() / n.max(1.0)).sqrt()
 }
 
+/// Returns the RMS error over all axes of the least-squares fit from gauges to loads with this number of constants.
+pub(super) fn fit_error(sums: &Mat<f64>, n_constants: usize, shape: &Shape) -> f64 {
+    let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
+    let found = solved(sums.as_ref(), &inputs, outputs.clone());
+    let squares = outputs
+        .clone()
+        .enumerate()
+        .map(|(axis, output)| residual(sums.as_ref(), &inputs, |at| found[(at, axis)], output));
+    let freedom = (sums[(0, 0)] - (shape.n_gauges + n_constants) as f64).max(1.0);
+    (squares.sum::<f64>() / freedom / outputs.len() as f64).sqrt()
+}
+
 /// Returns the matrix of the least-squares fit from gauges to loads, without its constant: one row for each axis.
 pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
     let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
@@ -240,6 +252,17 @@ impl Forward {
             }),
             drift: times.flat_map(|at| found.row(at).iter().copied().collect::<Vec<_>>()).collect(),
         }
+    }
+
+    /// Returns the matrix that gives the loads of gauges minus their zeros, one row for each axis: the least squares of the
+    /// gauges.
+    pub fn inverse(&self, shape: &Shape) -> Mat<f64> {
+        let n = shape.axes.len();
+        let slopes = self.map.subcols(1, n);
+        let squares = slopes.transpose() * slopes;
+        let largest = (0..n).map(|axis| squares[(axis, axis)]).fold(f64::MIN_POSITIVE, f64::max);
+        let nearly = squares + faer::Scale(NOTHING * largest) * Mat::<f64>::identity(n, n);
+        nearly.partial_piv_lu().solve(slopes.transpose())
     }
 
     /// Returns the mean squared residual of each gauge.

@@ -15,7 +15,7 @@ use crate::{
         lag::{Lag, LagRun, UNRESOLVED, lag_by_run, lags},
         numbers::{percent, significant},
         rig::{
-            Rig, Run, alternating,
+            Rig, Run,
             cause::{Cause, Contradiction, Where, matters},
         },
     },
@@ -35,9 +35,6 @@ const UNITS: [(f64, &str); 6] = [
 /// confused units or the reversed sign.
 const NEAR: f64 = 0.03;
 const NAMED: usize = 6;
-/// Minimum share of the squared error that a time lag must explain to be reported, if less than half of the gauges lag. On
-/// single gauges, hysteresis alone can look like a lag that explains up to 0.3.
-const LAG_SHARE_OF_FEW: f64 = 0.4;
 /// Maximum number of samples in which time lags are measured. If the recordings have more samples, only the first recordings
 /// are used.
 const LAG_LONGEST: usize = 200_000;
@@ -86,13 +83,17 @@ impl RigReport {
         // not searched.
         let is_searched = same_samples(training).is_none() && !are_sorted_by_load(training);
         if findings.is_empty() && is_searched {
-            findings.extend(rig.contradiction().map(|own| own.finding(&rig, &names, &gauges)));
+            findings = rig.mountings(training);
         }
-        findings.extend(rig.channel_faults(training));
-        // A hum near half the sample rate alternates, too.
-        if findings.iter().all(|own| own.id != Id::Hum) {
-            findings.extend(alternating::finding(training));
+        let changes = rig.changes_within(training, progress)?;
+        if findings.is_empty() && is_searched {
+            let found = rig.contradiction();
+            // The drift within recordings says more than the drift from one recording to the next.
+            let found = found.filter(|own| own.cause != Cause::Drift || changes.is_empty());
+            findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
         }
+        findings.extend(changes);
+        findings.extend(rig.clipped_reference(training));
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
@@ -147,11 +148,6 @@ impl Contradiction {
             Cause::SwappedAxes(a, b) => {
                 let [a, b] = [a, b].map(|axis| axes(&[*axis]));
                 (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
-            }
-            Cause::Noise(own) => {
-                let names = first(NAMED, own.iter().map(|gauge| &gauges[*gauge]));
-                let times = significant(value, 2);
-                (Id::Noisy, format!("the noise of {names} is {times} times as large"))
             }
         };
         let place = match self.place {
@@ -238,13 +234,10 @@ pub(crate) fn lag(
     let found = lags(&runs, progress)?;
     let known: Vec<&Lag> = found.iter().flatten().collect();
     let late: Vec<&Lag> = known.iter().copied().filter(is_late).collect();
-    let are_many = 2 * late.len() > known.len();
     let worst =
         late.iter().max_by(|a, b| a.explained_error_share.total_cmp(&b.explained_error_share));
-    let Some(worst) = worst.filter(|own| are_many || own.explained_error_share > LAG_SHARE_OF_FEW)
-    else {
-        return Ok(None);
-    };
+    // On single gauges, hysteresis alone can look like a lag.
+    let Some(worst) = worst.filter(|_| 2 * late.len() > known.len()) else { return Ok(None) };
     let is_worst = |own: &Result<Lag, _>| own.as_ref().is_ok_and(|own| std::ptr::eq(own, *worst));
     let by_run = lag_by_run(&runs, found.iter().position(is_worst).unwrap_or_default());
     let differs = |own: &Lag| {
@@ -262,9 +255,8 @@ pub(crate) fn lag(
         true => ("behind", worst.seconds),
         false => ("ahead of", -worst.seconds),
     };
-    let which = if are_many { "the gauges are" } else { "some gauges are" };
     let seen = format!(
-        "{which} {way} the reference by {} s, which is {} samples",
+        "the gauges are {way} the reference by {} s, which is {} samples",
         significant(size, 2),
         significant(worst.samples.abs(), 2)
     );
