@@ -20,7 +20,7 @@ use crate::{
         learned::{Learned, LearnedScratch},
         linear_map::{LinearMap, loads_from_gauges},
         no_cross_validation::NoCrossValidation,
-        settings::Regressor,
+        settings::{FitSettings, Regressor, RidgeChoice},
         sums::RowsOf,
         used_recording::UsedRecording,
     },
@@ -313,6 +313,26 @@ impl Calibration {
     pub(crate) fn rated_loads(&self) -> BTreeMap<Axis, f64> {
         let all = self.axes.iter().zip(&self.full_scale).zip(&self.rated);
         all.filter(|(_, rated)| **rated).map(|((axis, load), _)| (*axis, *load)).collect()
+    }
+
+    /// Returns the settings of a fit that gives a calibration with these features.
+    pub(crate) fn settings(&self) -> FitSettings {
+        let is_whole = self.history_step_secs == history_step_by_rate(self.rate_hz);
+        let rated = self.full_scale.iter().enumerate();
+        let rated = rated.map(|(axis, load)| (*load, self.rated.get(axis) == Some(&true)));
+        FitSettings {
+            features: self.features.clone(),
+            regressor: self.regressor,
+            ridge: match self.quality.ridge[..] {
+                [] => RidgeChoice::ByBlock,
+                [first, ..] => RidgeChoice::Strength(first),
+            },
+            offset: self.offset,
+            decimation: self.decimation,
+            history_rate_hz: if is_whole { 0.0 } else { 1.0 / self.history_step_secs },
+            full_scale: rated.map(|(load, is_rated)| is_rated.then_some(load)).collect(),
+            ..FitSettings::default()
+        }
     }
 
     /// Returns the column names of the compensated matrix, in order.

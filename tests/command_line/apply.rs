@@ -31,13 +31,13 @@ fn applied_loads_have_the_errors_that_the_fit_reported() {
         workshop.write("test.csv", paused);
         let report = calibrate(&workshop, change);
         let loads = apply(&workshop, "test.csv");
-        let truth = loads.column("Fz calc");
-        for (column, calibration) in [("Fz conv", "conventional"), ("Fz comp", "compensated")] {
+        let truth = loads.column("Fz reference");
+        for (column, calibration) in [("Fz uncompensated", "conventional"), ("Fz compensated", "compensated")] {
             let reported = numbers(&report[calibration]["test_rmse"])[0];
             let found = rmse(&loads.column(column), &truth);
             assert!((found / reported - 1.0).abs() < 1e-9, "{change:?} {column}");
         }
-        assert_ne!(loads.column("Fz conv"), loads.column("Fz comp"));
+        assert_ne!(loads.column("Fz uncompensated"), loads.column("Fz compensated"));
     }
 }
 
@@ -50,7 +50,7 @@ fn each_input_row_gives_one_output_row() {
     let given = Table::read(&workshop.file("paused.csv"));
     let loads = apply(&workshop, "paused.csv");
     assert_eq!(loads.column("t [s]"), given.column("t [s]"));
-    assert_eq!(loads.column("Fz calc"), given.column("Fz"));
+    assert_eq!(loads.column("Fz reference"), given.column("Fz"));
 }
 
 #[test]
@@ -59,7 +59,7 @@ fn a_recording_without_reference_gets_loads_too() {
     calibrate(&workshop, &[]);
     workshop.write("bare.csv", "t [s],S1,S2\n0,40,0\n0.1,41,0.1\n");
     let loads = apply(&workshop, "bare.csv");
-    assert_eq!(loads.header, ["t [s]", "Fz conv [N]", "Fz comp [N]"]);
+    assert_eq!(loads.header, ["t [s]", "Fz uncompensated [N]", "Fz compensated [N]"]);
     assert_eq!(loads.rows.len(), 2);
 }
 

@@ -60,8 +60,8 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
         assert!(stderr(&output).contains(words), "{}", stderr(&output));
     }
     let loads = Table::read(&workshop.file("run_loads.csv"));
-    assert_eq!(loads.column("Fy comp"), [4.0, 0.0]);
-    assert_eq!(loads.column("Mz conv"), [12.0, 14.0]);
+    assert_eq!(loads.column("Fy compensated"), [4.0, 0.0]);
+    assert_eq!(loads.column("Mz uncompensated"), [12.0, 14.0]);
     let again = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(stderr(&again).contains("--force"));
     succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);

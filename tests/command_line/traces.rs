@@ -21,7 +21,7 @@ fn traces_have_the_errors_that_the_fit_reported() {
     let table = Table::read(&workshop.file("n.csv"));
     assert_eq!(table.column("t").len(), 4 * 75);
     let is_test: Vec<bool> = text.lines().skip(1).map(|line| line.starts_with("test,")).collect();
-    for (column, kind) in [("Fz conv error", "conventional"), ("Fz comp error", "compensated")] {
+    for (column, kind) in [("Fz uncompensated error", "conventional"), ("Fz compensated error", "compensated")] {
         let errors = table.column(column);
         let of_test = errors.iter().zip(&is_test).filter(|(_, is_test)| **is_test);
         let of_test: Vec<f64> = of_test.map(|(error, _)| *error).collect();
@@ -30,7 +30,7 @@ fn traces_have_the_errors_that_the_fit_reported() {
         assert!((rms(&of_test) - reported).abs() < 1e-9 * reported, "{column}");
     }
     let (calc, comp, error) =
-        (table.column("Fz calc"), table.column("Fz comp"), table.column("Fz comp error"));
+        (table.column("Fz reference"), table.column("Fz compensated"), table.column("Fz compensated error"));
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
@@ -64,7 +64,7 @@ fn recordings_without_a_reference_leave_its_cells_empty() {
     succeed(workshop.path(), &["apply", "c.json", "bare.csv", "--traces", "u.csv"]);
     assert_eq!(
         workshop.read("u.csv").lines().next().unwrap(),
-        "recording,t [s],Fz conv [N],Fz comp [N]"
+        "recording,t [s],Fz uncompensated [N],Fz compensated [N]"
     );
 }
 
