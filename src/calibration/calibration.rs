@@ -90,6 +90,10 @@ pub struct Quality {
     /// too few groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
+    /// Difference between the loads of runs that start at different samples: root mean square per axis; `None` if the history
+    /// stores all samples, so that there is none. See [`scatter_of_starts`](crate::calibration::scatter_of_starts).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_scatter: Option<Vec<f64>>,
     /// Effective number of coefficients after shrinkage by the ridge, on the axis with the most. Set by a linear fit, never
     /// stored in files.
     #[serde(skip)]

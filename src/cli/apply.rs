@@ -22,7 +22,7 @@ use crate::{
     },
     features::Range,
     import::live::RowForm,
-    recording::{Recording, Tare},
+    recording::{Recording, Tare, units::TimeUnit},
 };
 
 /// Compute the loads of recordings with a calibration: the uncompensated and the compensated load of each sample, as CSV.
@@ -59,6 +59,10 @@ pub struct ApplyJob {
     /// is rejected [default: detected from a line with the names of all gauges, or from the first ten rows].
     #[arg(long, value_name = "FORM", value_parser = FormParser)]
     rows: Option<Rows>,
+    /// Unit of the times of live rows (- or --follow) without a unit: s, ms, us or ns [default: the unit with which the rows have
+    /// nearly the sample rate of the calibration].
+    #[arg(long, value_name = "UNIT", value_parser = time_unit)]
+    time_unit: Option<TimeUnit>,
     /// Sample rate in Hz of live rows (- or --follow) without a time [default: the time is that of this computer's clock].
     #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
     rate: Option<f64>,
@@ -101,6 +105,11 @@ impl TypedValueParser for FormParser {
         let value = |(_, name, words): (_, &'static str, _)| PossibleValue::new(name).help(words);
         Some(Box::new(RowForm::ALL.into_iter().map(value)))
     }
+}
+
+fn time_unit(text: &str) -> Result<TimeUnit, String> {
+    TimeUnit::from_name(text)
+        .ok_or_else(|| "this is no unit of time; use s, ms, us or ns".to_owned())
 }
 
 impl Work for ApplyJob {
@@ -207,6 +216,7 @@ impl ApplyJob {
                 Rows::Form(_) => None,
                 Rows::Columns(names) => Some(names.clone()),
             }),
+            time_unit: self.time_unit,
             rate_hz: self.rate,
             json: self.json,
         };

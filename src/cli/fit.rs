@@ -8,19 +8,16 @@ use clap::Args;
 use serde::Serialize;
 
 use super::error::JobError;
-use super::exports::{
-    check_determined, check_endings, check_formats, export, exported_help,
-};
+use super::exports::{check_determined, check_endings, check_formats, export, exported_help};
 use super::inputs::Files;
-use super::messages::Messages;
 use super::recordings::{FitArgs, FitInputs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
 use crate::{
-    calibration::{Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor},
-    export::{Footprint, Outline, Together, listed_targets},
-    features::{Block as _, Blocks, Distance, FeatureSettings, Play},
+    calibration::{Calibration, EpochReport, FactoryScores, Quality, Regressor},
+    export::{Outline, Together},
+    features::{Distance, FeatureSettings},
     finding::{Face, Finding, Id},
     progress::Progress,
     questions::{

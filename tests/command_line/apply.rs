@@ -32,7 +32,9 @@ fn applied_loads_have_the_errors_that_the_fit_reported() {
         let report = calibrate(&workshop, change);
         let loads = apply(&workshop, "test.csv");
         let truth = loads.column("Fz reference");
-        for (column, calibration) in [("Fz uncompensated", "conventional"), ("Fz compensated", "compensated")] {
+        for (column, calibration) in
+            [("Fz uncompensated", "conventional"), ("Fz compensated", "compensated")]
+        {
             let reported = numbers(&report[calibration]["test_rmse"])[0];
             let found = rmse(&loads.column(column), &truth);
             assert!((found / reported - 1.0).abs() < 1e-9, "{change:?} {column}");
@@ -333,11 +335,11 @@ fn rows_on_standard_input_are_an_instrument() {
     assert_eq!(rows.len(), 8);
     assert_eq!(rows[1]["t"], 0.02);
     assert_eq!(rows[1]["why"], "S2 is \"oops\"");
-    let load = |row: &serde_json::Value| row["Fz_conv"].as_f64().unwrap();
+    let load = |row: &serde_json::Value| row["Fz_uncompensated"].as_f64().unwrap();
     assert!(load(&rows[3]).abs() < 1e-9 && load(&rows[7]).abs() < 1e-9, "{answers}");
     assert!(load(&rows[2]).abs() > 1e-3 && load(&rows[4]).abs() > 1e-3, "{answers}");
     assert_eq!(rows[5]["status"], "taring");
-    assert!(rows[5]["Fz_comp"].is_null());
+    assert!(rows[5]["Fz_compensated"].is_null());
 
     workshop.write("input", "left\nright\n".repeat(20));
     let input = fs::File::open(workshop.file("input")).unwrap();
@@ -425,7 +427,7 @@ fn a_tare_works_wherever_it_stands() {
         assert!(output.status.success(), "{}", stderr(&output));
         let answers = String::from_utf8(output.stdout).unwrap();
         let row = |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap();
-        answers.lines().map(|line| row(line)["Fz_conv"].as_f64()).collect()
+        answers.lines().map(|line| row(line)["Fz_uncompensated"].as_f64()).collect()
     };
     let header = "t,S1,S2\n";
     let rows = |from: u32| -> String {

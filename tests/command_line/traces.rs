@@ -21,7 +21,9 @@ fn traces_have_the_errors_that_the_fit_reported() {
     let table = Table::read(&workshop.file("n.csv"));
     assert_eq!(table.column("t").len(), 4 * 75);
     let is_test: Vec<bool> = text.lines().skip(1).map(|line| line.starts_with("test,")).collect();
-    for (column, kind) in [("Fz uncompensated error", "conventional"), ("Fz compensated error", "compensated")] {
+    for (column, kind) in
+        [("Fz uncompensated error", "conventional"), ("Fz compensated error", "compensated")]
+    {
         let errors = table.column(column);
         let of_test = errors.iter().zip(&is_test).filter(|(_, is_test)| **is_test);
         let of_test: Vec<f64> = of_test.map(|(error, _)| *error).collect();
@@ -29,8 +31,11 @@ fn traces_have_the_errors_that_the_fit_reported() {
         let reported = numbers(&report[kind]["test_rmse"])[0];
         assert!((rms(&of_test) - reported).abs() < 1e-9 * reported, "{column}");
     }
-    let (calc, comp, error) =
-        (table.column("Fz reference"), table.column("Fz compensated"), table.column("Fz compensated error"));
+    let (calc, comp, error) = (
+        table.column("Fz reference"),
+        table.column("Fz compensated"),
+        table.column("Fz compensated error"),
+    );
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 

@@ -260,7 +260,11 @@ struct Quantity {
 
 const QUANTITIES: [Quantity; 5] = [
     Quantity { label: "reference", needs_reference: true, of: |[reference, ..]| reference },
-    Quantity { label: "uncompensated", needs_reference: false, of: |[_, conventional, _]| conventional },
+    Quantity {
+        label: "uncompensated",
+        needs_reference: false,
+        of: |[_, conventional, _]| conventional,
+    },
     Quantity { label: "compensated", needs_reference: false, of: |[.., compensated]| compensated },
     Quantity {
         label: "uncompensated error",

@@ -67,7 +67,8 @@ pub fn coarse_history(
         ..settings.clone()
     };
     let data = request.datasets.get(&request.key(), progress)?;
-    let footprint = |rate_hz| Ok::<_, AnalysisError>(Footprint::of(&data.blank_calibration(&at(rate_hz))?));
+    let footprint =
+        |rate_hz| Ok::<_, AnalysisError>(Footprint::of(&data.blank_calibration(&at(rate_hz))?));
     let whole = footprint(0.0)?;
     let fits = |rate: &u16| footprint(f64::from(*rate)).is_ok_and(|found| !found.is_large());
     let n_fit = RATES_HZ.collect::<Vec<_>>().partition_point(fits);
