@@ -517,8 +517,9 @@ impl Calibration {
 
     /// Returns the standard deviation of the compensated load, `n × n_axes` row-major; `None` if the regressor has none.
     pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
-        let Some(Learned::Kernel(kernel)) = &self.learned else {
-            return None;
+        let kernel = match &self.learned {
+            Some(Learned::Kernel(kernel)) if kernel.has_band() => kernel,
+            _ => return None,
         };
         let (design, mut out) = (self.design(), vec![0.0; recording.n_samples() * self.axes.len()]);
         self.over_blocks(&design, recording, past, 0, &mut out, |_, inputs, scratch, out| {

@@ -120,7 +120,7 @@ impl Work for BestJob {
             }
             let mut files = Together::default();
             let identity = Identity::default();
-            export(run, &request, &calibration, &identity, &self.export, &mut files)?;
+            export(run, &request, &calibration, &identity, false, &self.export, &mut files)?;
             files.finish()?;
         }
         let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));

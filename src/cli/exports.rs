@@ -101,13 +101,17 @@ pub fn export(
     request: &Request,
     calibration: &Calibration,
     identity: &Identity,
+    keeps_band: bool,
     paths: &[PathBuf],
     files: &mut Together,
 ) -> Result<(), JobError> {
     if paths.is_empty() {
         return Ok(());
     }
-    let whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
+    let mut whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
+    if keeps_band {
+        whole.learned.clone_from(&calibration.learned);
+    }
     add(run, &whole, paths, files)
 }
 

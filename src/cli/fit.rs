@@ -44,6 +44,9 @@ pub struct FitJob {
     fit: FitArgs,
     #[arg(long, value_name = "FILE", value_parser = named_file(), help = exported_help())]
     export: Vec<PathBuf>,
+    /// Keep the uncertainty band of a kernel in an exported .json, which is about twenty times as large with it.
+    #[arg(long, requires = "export")]
+    band: bool,
     /// Also print the errors of the manufacturer's calibration, tared on the training recordings (.json, or .cal in ATI's format,
     /// whose gauges are taken in the order of the recordings).
     #[arg(long, value_name = "FILE", value_parser = named_file())]
@@ -74,7 +77,6 @@ impl Work for FitJob {
         self.fit.choose_history(run, &mut request)?;
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
         let step = request.settings.decimation;
-        self.traces.check_intervals(all(), step)?;
         let cost = cross_validation_cost(&request.settings);
         let mut calibration = train(&request, &run.progress, &mut |step| {
             run.say.line(&step_text(&step, cost));
@@ -98,7 +100,7 @@ impl Work for FitJob {
         let calibration = Arc::new(calibration);
         let limits = check_limits(&request, &calibration, &limits, &run.progress)?;
         let mut files = Together::default();
-        export(run, &request, &calibration, &sensor.identity, &self.export, &mut files)?;
+        export(run, &request, &calibration, &sensor.identity, self.band, &self.export, &mut files)?;
         self.traces.write(&mut files, &calibration, all(), step)?;
         files.finish()?;
         let first = calibration.features.look_backs.first();

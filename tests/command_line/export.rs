@@ -215,6 +215,20 @@ fn a_stored_calibration_is_exported_to_the_same_bytes_as_by_its_fit() {
     assert!(!workshop.file("d.h").exists());
 }
 
+/// The matrices of the band are most of a kernel's file, so they are written only on demand.
+#[test]
+fn the_band_of_a_kernel_is_exported_on_demand() {
+    let workshop = Workshop::with_recordings();
+    let fit = ["fit", "--regressor", "kernel", "--landmarks", "30", "--force"];
+    let size = |more: &[&str]| {
+        succeed(workshop.path(), &[&fit[..], &ALL_FILES, &["--export", "c.json"], more].concat());
+        succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", ".", "--force"]);
+        (workshop.read("c.json").len(), workshop.read("a_loads.csv"))
+    };
+    let ((without, loads), (with, same)) = (size(&[]), size(&["--band"]));
+    assert!(with > without + 20_000 && loads == same, "{with} and {without} bytes");
+}
+
 /// Returns the rows of a recording whose gauge has play of 1 N. The clock starts at zero at the sample `first`.
 fn played(rate_hz: f64, seed: f64, first: u32) -> String {
     let mut play = 0.0_f64;

@@ -39,22 +39,6 @@ fn traces_have_the_errors_that_the_fit_reported() {
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
 }
 
-/// At 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. The past samples of these rows come from the whole recording.
-#[test]
-fn a_range_of_time_is_a_part_of_the_same_rows() {
-    let workshop = Workshop::with_recordings();
-    let make = [&["fit", "--export", "c.json"], &ALL_FILES[..]].concat();
-    succeed(workshop.path(), &make);
-    let apply = ["apply", "c.json", "a.csv", "test.csv", "--traces"];
-    succeed(workshop.path(), &[&apply[..], &["all.csv"]].concat());
-    succeed(workshop.path(), &[&apply[..], &["part.csv", "--from", "3", "--to", "5"]].concat());
-    let (all, part) = (workshop.read("all.csv"), workshop.read("part.csv"));
-    let kept: Vec<&str> = part.lines().collect();
-    assert_eq!(kept.len(), 1 + 2 * 21);
-    assert!(kept.iter().all(|row| all.lines().any(|own| own == *row)));
-    assert!(kept[1].starts_with("a,3,") && kept[42].starts_with("test,5,"));
-}
-
 #[test]
 fn recordings_without_a_reference_leave_its_cells_empty() {
     let workshop = Workshop::with_recordings();
@@ -78,12 +62,8 @@ fn impossible_traces_are_refused_with_a_correction() {
     let workshop = Workshop::with_recordings();
     for (more, word) in [
         (&["--traces", "t.txt"][..], "use .csv"),
-        (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be after the end"),
-        (&["--traces", "t.csv", "--from", "900"], "choose other times"),
-        (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
         (&["--traces", "a.csv", "--force"], "replace the input"),
         (&["--traces", "gone/t.csv"], "no folder"),
-        (&["--from", "3"], "--traces"),
     ] {
         let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], more].concat());
         assert!(

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use crate::{
-    calibration::{Calibration, ExpectedError, NoCrossValidation, Past, scatter_of_starts},
+    calibration::{
+        Calibration, ExpectedError, Learned, NoCrossValidation, Past, scatter_of_starts,
+    },
     export::with_sources,
     progress::Progress,
     questions::{
@@ -55,7 +57,8 @@ pub fn expected_error(
     Ok(expected_error_of_fit(&data, calibration, &past, left_out))
 }
 
-/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings.
+/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings,
+/// and removes the uncertainty band of a kernel.
 ///
 /// # Errors
 /// Those of [`expected_error`].
@@ -79,6 +82,9 @@ pub(crate) fn handed_over_with(
     recordings: &RecordingSet,
 ) -> Calibration {
     let mut calibration = with_sources(&calibration, recordings);
+    if let Some(Learned::Kernel(kernel)) = &mut calibration.learned {
+        kernel.remove_band();
+    }
     let quality = &mut calibration.quality;
     quality.expected_error = expected.as_ref().ok().cloned();
     if quality.history_scatter.is_none() {
