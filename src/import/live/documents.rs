@@ -15,11 +15,15 @@ impl Messages {
     /// Returns the first message, if a line ends it: the lines before are the values of a message.
     pub fn first<'a>(end: &str, lines: impl Iterator<Item = &'a str>) -> Option<String> {
         let is_value = |line: &&str| line.trim_start().starts_with("- ") || line.contains(':');
-        let lines: Vec<&str> = lines.filter(|line| !line.trim().is_empty()).collect();
-        if end.trim() != END || !lines.iter().all(is_value) {
+        if end.trim() != END {
             return None;
         }
-        Some(as_json(lines.into_iter())).filter(|message| message != "{}")
+        let lines: Vec<&str> = lines.filter(|line| !line.trim().is_empty()).collect();
+        let lines = lines.rsplit(|line| line.trim() == END).next().unwrap_or_default();
+        let is_message = lines.iter().all(is_value);
+        Some(as_json(lines.iter().copied()))
+            .filter(|_| is_message)
+            .filter(|message| message != "{}")
     }
 
     /// Adds a line. Returns the message as a JSON object if the line ends it.
