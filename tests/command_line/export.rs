@@ -299,7 +299,7 @@ fn loads_of_runs_that_start_at_different_samples_agree_within_the_stated_scatter
         let full = first as usize + 15 * 1000 + 1;
         let differences = (full..whole.len()).map(|k| whole[k] - later[k - first as usize]);
         let n = (whole.len() - full) as f64;
-        let scatter = (differences.map(|own| own * own).sum::<f64>() / n).sqrt();
+        let scatter = (differences.map(|difference| difference.powi(2)).sum::<f64>() / n).sqrt();
         assert!(scatter < 1.5 * stated, "{scatter} N, stated are {stated} N");
         let errors = (full..whole.len()).map(|k| later[k - first as usize] - truth[k]);
         let within = errors.filter(|error| error.abs() <= expected).count() as f64 / n;

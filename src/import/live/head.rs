@@ -55,8 +55,6 @@ pub struct LiveHead {
     header: Option<TableHeader>,
     /// Lines that may be rows, with their form.
     rows: Vec<(RowForm, Arrived)>,
-    /// Maximum number of plain numbers in a line.
-    most_numbers: usize,
     /// Lines of the present message, if the rows are messages of several lines.
     messages: Option<Messages>,
     /// Text between the numbers of the newest line, and the number of successive lines with this text.
@@ -145,7 +143,6 @@ impl Default for LiveHead {
             n_lines: 0,
             header: None,
             rows: Vec::new(),
-            most_numbers: 0,
             messages: None,
             between: (String::new(), 0),
         }
@@ -260,7 +257,6 @@ impl LiveHead {
         }
         let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
         let n_numbers = numbers(row).map_or(0, |numbers| numbers.len());
-        self.most_numbers = self.most_numbers.max(n_numbers);
         let n_channels = source.n_channels();
         let is_single = form == RowForm::Pairs && n_channels > 1 && single_pair(row).is_some();
         let form = if is_single { RowForm::Teleplot } else { form };
@@ -280,12 +276,8 @@ impl LiveHead {
         let count = |form| self.rows.iter().filter(|(own, _)| *own == form).count();
         let form = self.rows.iter().map(|(form, _)| *form).max_by_key(|form| count(*form));
         let table = form.map_or(Ok(None), |form| self.table(form, source, true))?;
-        let needed = source.n_channels() + usize::from(source.form == Some(RowForm::TimedNumbers));
-        let fault = || match (source.form, &self.header) {
-            (Some(form), _) if form.is_numbers() => {
-                TableError::FewNumbers { found: self.most_numbers, needed }
-            }
-            (_, Some(_)) => TableError::NoRows,
+        let fault = || match &self.header {
+            Some(_) if source.form.is_none_or(|form| !form.is_numbers()) => TableError::NoRows,
             _ => {
                 let n = self.n_lines;
                 unclear(format!("none of the first {n} lines is a header or a row"), source)
