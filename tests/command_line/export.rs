@@ -196,13 +196,13 @@ fn a_stored_calibration_is_exported_to_the_same_bytes_as_by_its_fit() {
     let workshop = Workshop::with_recordings();
     fs::create_dir(workshop.file("stored")).unwrap();
     let names = ["h", "rs", "py", "m", "zip", "yaml", "inc", "csv", "npz", "mat", "json"];
-    let names = names.map(|ending| format!("c.{ending}"));
+    let names = names.map(|ending| format!("s.{ending}"));
     let exports = names.iter().flat_map(|name| ["--export", name]);
     let fit: Vec<&str> = ["fit", "--play"].into_iter().chain(ALL_FILES).chain(exports).collect();
     succeed(workshop.path(), &fit);
     let stored: Vec<String> = names.iter().map(|name| format!("stored/{name}")).collect();
     let export: Vec<&str> =
-        ["export", "c.json"].into_iter().chain(stored.iter().map(|name| &**name)).collect();
+        ["export", "s.json"].into_iter().chain(stored.iter().map(|name| &**name)).collect();
     succeed(workshop.path(), &export);
     for (name, stored) in names.iter().zip(&stored) {
         let [fitted, stored] = [name, stored].map(|name| fs::read(workshop.file(name)).unwrap());
@@ -210,7 +210,7 @@ fn a_stored_calibration_is_exported_to_the_same_bytes_as_by_its_fit() {
     }
     let again = run(workshop.path(), &export);
     assert!(!again.status.success() && stderr(&again).contains("--force"));
-    let refused = run(workshop.path(), &["export", "c.json", "d.h", "d.xyz"]);
+    let refused = run(workshop.path(), &["export", "s.json", "d.h", "d.xyz"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(!workshop.file("d.h").exists());
 }

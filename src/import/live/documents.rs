@@ -54,6 +54,8 @@ fn as_json<'a>(lines: impl Iterator<Item = &'a str>) -> String {
             continue;
         }
         let Some((key, value)) = text.split_once(':') else { continue };
+        // The values of a ROS array have no other name than `data`. A list as long as the list of gauges holds the gauges.
+        let key = if key == "data" { "gauges" } else { key };
         path.retain(|(before, _)| *before < indent);
         path.push((indent, key));
         let keys: Vec<&str> = path.iter().map(|(_, key)| *key).collect();
