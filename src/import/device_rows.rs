@@ -165,8 +165,10 @@ pub(super) fn numbers(line: &str) -> Option<Vec<f64>> {
 
 /// Returns the numbers of a line, joined by commas, and the other text of the line, if there are this many numbers and the
 /// other text is more than a delimiter: units, labels or brackets. A number in front of `:` or `=`, or directly behind a
-/// letter, is part of a label.
+/// letter, is part of a label. A line with more than a unit and a label between two numbers is a message for people.
 pub(super) fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)> {
+    /// Maximum number of words between two numbers.
+    const MOST_WORDS: usize = 2;
     if numbers(line).is_some() {
         return None;
     }
@@ -188,7 +190,10 @@ pub(super) fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)
         }
         rest = after;
     }
-    (found.len() == n).then(|| (found.join(","), between))
+    let is_word = |text: &&str| text.contains(char::is_alphabetic);
+    let n_words = |text: &str| text.split([' ', ',', ';', '\t']).filter(is_word).count();
+    let is_row = found.len() == n && between.split('#').all(|text| n_words(text) <= MOST_WORDS);
+    is_row.then(|| (found.join(","), between))
 }
 
 /// Returns the length (bytes) of the number with which a text begins; 0 if it begins with none.

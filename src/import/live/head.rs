@@ -28,8 +28,6 @@ const ROWS_FOR_A_STEP: usize = 5;
 /// Number of rows from which their form is guessed, and number of rows after which an unclear form is an error.
 const ROWS_FOR_A_FORM: usize = 10;
 const ROWS_FOR_AN_ERROR: usize = 40;
-/// Number of successive rows that have the same text between their numbers, after which this text is taken as that of all rows.
-const ROWS_WITH_THE_SAME_TEXT: usize = 3;
 /// Maximum length (bytes) of a line that is kept although it is no row, to report it later.
 const KEPT_BYTES: usize = 1000;
 
@@ -243,7 +241,7 @@ impl LiveHead {
             self.between = (between, 0);
         }
         self.between.1 += 1;
-        (self.between.1 >= ROWS_WITH_THE_SAME_TEXT).then_some(numbers)
+        (self.between.1 >= ROWS_FOR_A_FORM).then_some(numbers)
     }
 
     /// Returns the form of a row from which the columns can be found; `None` if a line is no such row.
@@ -334,7 +332,7 @@ impl LiveHead {
                 table.start = self.start;
                 table.messages = self.messages.take();
                 let (between, n) = std::mem::take(&mut self.between);
-                let is_scattered = n >= ROWS_WITH_THE_SAME_TEXT;
+                let is_scattered = n >= ROWS_FOR_A_FORM;
                 table.between = source.n_values().filter(|_| is_scattered).map(|n| (n, between));
                 table.header = self.header.take().map(|header| header.names);
                 let mut n_above = if source.whole_map().is_some() { table.n_above } else { 0 };
