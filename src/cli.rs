@@ -158,6 +158,7 @@ jobs! {
     Report(report::ReportJob),
     Best(best::BestJob),
     Sweep(sweep::SweepJob),
+    Export(exports::ExportJob),
     Apply(apply::ApplyJob),
     Metrology(metrology::MetrologyJob),
     Completions(installed::CompletionsJob),

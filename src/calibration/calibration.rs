@@ -21,7 +21,7 @@ use crate::{
         learned::{Learned, LearnedScratch},
         linear_map::{LinearMap, loads_from_gauges},
         no_cross_validation::NoCrossValidation,
-        settings::Regressor,
+        settings::{FitSettings, Regressor, RidgeChoice},
         sums::RowsOf,
         used_recording::UsedRecording,
     },
@@ -91,6 +91,10 @@ pub struct Quality {
     /// too few groups were held out.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub expected_error: Option<ExpectedError>,
+    /// Difference between the loads of runs that start at different samples: root mean square per axis; `None` if the history
+    /// stores all samples, so that there is none. See [`scatter_of_starts`](crate::calibration::scatter_of_starts).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history_scatter: Option<Vec<f64>>,
     /// Effective number of coefficients after shrinkage by the ridge, on the axis with the most. Set by a linear fit, never
     /// stored in files.
     #[serde(skip)]
@@ -316,6 +320,26 @@ impl Calibration {
         all.filter(|(_, rated)| **rated).map(|((axis, load), _)| (*axis, *load)).collect()
     }
 
+    /// Returns the settings of a fit that gives a calibration with these features.
+    pub(crate) fn settings(&self) -> FitSettings {
+        let is_whole = self.history_step_secs == history_step_by_rate(self.rate_hz);
+        let rated = self.full_scale.iter().enumerate();
+        let rated = rated.map(|(axis, load)| (*load, self.rated.get(axis) == Some(&true)));
+        FitSettings {
+            features: self.features.clone(),
+            regressor: self.regressor,
+            ridge: match self.quality.ridge[..] {
+                [] => RidgeChoice::ByBlock,
+                [first, ..] => RidgeChoice::Strength(first),
+            },
+            offset: self.offset,
+            decimation: self.decimation,
+            history_rate_hz: if is_whole { 0.0 } else { 1.0 / self.history_step_secs },
+            full_scale: rated.map(|(load, is_rated)| is_rated.then_some(load)).collect(),
+            ..FitSettings::default()
+        }
+    }
+
     /// Returns the column names of the compensated matrix, in order.
     pub fn feature_names(&self) -> Vec<String> {
         Column::names(&self.columns(), &self.gauges)
@@ -494,8 +518,9 @@ impl Calibration {
 
     /// Returns the standard deviation of the compensated load, `n × n_axes` row-major; `None` if the regressor has none.
     pub(crate) fn deviations(&self, recording: &Recording, past: &[Vec<u32>]) -> Option<Vec<f64>> {
-        let Some(Learned::Kernel(kernel)) = &self.learned else {
-            return None;
+        let kernel = match &self.learned {
+            Some(Learned::Kernel(kernel)) if kernel.has_band() => kernel,
+            _ => return None,
         };
         let (design, mut out) = (self.design(), vec![0.0; recording.n_samples() * self.axes.len()]);
         self.over_blocks(&design, recording, past, 0, &mut out, |_, inputs, scratch, out| {

@@ -1,28 +1,25 @@
 //! `loopscope apply`: computes the loads of recordings with a calibration.
 
-use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::slice;
 
-use clap::builder::{PossibleValue, TypedValueParser};
-use clap::{Arg, Args, Command};
+use clap::Args;
 
 use super::error::{JobError, usage};
+use super::exports::stored;
 use super::inputs::Files;
 use super::live;
 use super::reading::{Needs, Rated, ReadArgs};
 use super::run::{Run, Work, examples, make_directory};
 use super::traces::TraceArgs;
-use super::values::{named_file, number_in, one_of};
+use super::values::{named_file, number_in};
 use crate::{
     calibration::Calibration,
-    export::{
-        ReadCalibrationError, Together, name_gauges, names_gauges, read_with_notes, target_for,
-        write_atomically, write_loads_csv,
-    },
+    export::{Together, name_gauges, names_gauges, write_atomically, write_loads_csv},
     features::Range,
     import::live::RowForm,
-    recording::{Recording, Tare},
+    recording::{Recording, Tare, units::TimeUnit},
+    shown::joined,
 };
 
 /// Compute the loads of recordings with a calibration: the uncompensated and the compensated load of each sample, as CSV.
@@ -54,11 +51,12 @@ pub struct ApplyJob {
     /// Write the loads of one file to standard output, and then the load of each row that a logger appends to the file.
     #[arg(long, conflicts_with_all = ["out", "traces"])]
     follow: bool,
-    /// Format of live rows (- or --follow), in which the device prints them, or the names of their columns, separated by
-    /// commas: "time [ms],S1,S2". A column that is not needed may have any other name. A line that does not have this format
-    /// is rejected [default: detected from a line with the names of all gauges, or from the first ten rows].
-    #[arg(long, value_name = "FORM", value_parser = FormParser)]
+    #[arg(long, value_name = "FORM", value_parser = rows, help = rows_help())]
     rows: Option<Rows>,
+    /// Unit of the times of live rows (- or --follow) without a unit: s, ms, us or ns [default: the unit with which the rows have
+    /// nearly the sample rate of the calibration].
+    #[arg(long, value_name = "UNIT", value_parser = time_unit)]
+    time_unit: Option<TimeUnit>,
     /// Sample rate in Hz of live rows (- or --follow) without a time [default: the time is that of this computer's clock].
     #[arg(long, value_name = "HZ", value_parser = number_in(Range::Positive))]
     rate: Option<f64>,
@@ -79,28 +77,29 @@ enum Rows {
     Columns(String),
 }
 
-#[derive(Clone)]
-struct FormParser;
-
-impl TypedValueParser for FormParser {
-    type Value = Rows;
-
-    fn parse_ref(
-        &self,
-        command: &Command,
-        arg: Option<&Arg>,
-        value: &OsStr,
-    ) -> Result<Rows, clap::Error> {
-        match value.to_str() {
-            Some(names) if names.contains(',') => Ok(Rows::Columns(names.to_owned())),
-            _ => one_of(RowForm::ALL).parse_ref(command, arg, value).map(Rows::Form),
-        }
+/// Returns the form of live rows, or the names of their columns.
+fn rows(text: &str) -> Result<Rows, String> {
+    if text.contains(',') {
+        return Ok(Rows::Columns(text.to_owned()));
     }
+    let known = RowForm::ALL.into_iter().find(|(_, name, _)| *name == text);
+    known.map(|(form, ..)| Rows::Form(form)).ok_or_else(|| {
+        let names = joined(", ", RowForm::ALL.map(|(_, name, _)| name));
+        format!("use one of {names}, or the names of all columns, separated by commas")
+    })
+}
 
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let value = |(_, name, words): (_, &'static str, _)| PossibleValue::new(name).help(words);
-        Some(Box::new(RowForm::ALL.into_iter().map(value)))
-    }
+fn rows_help() -> String {
+    let forms = RowForm::ALL.map(|(_, name, words)| format!("{name} ({words})"));
+    format!(
+        "Format of live rows (- or --follow): {}; or the names of their columns, separated by commas: \"time [ms],S1,S2\". A column that is not needed may have any other name. A line that does not have this format is rejected [default: detected from a line with the names of all gauges, or from the first ten rows]",
+        joined(", ", forms)
+    )
+}
+
+fn time_unit(text: &str) -> Result<TimeUnit, String> {
+    TimeUnit::from_name(text)
+        .ok_or_else(|| "this is no unit of time; use s, ms, us or ns".to_owned())
 }
 
 impl Work for ApplyJob {
@@ -111,9 +110,7 @@ impl Work for ApplyJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        let (calibration, notes) =
-            read_with_notes(&self.calibration).map_err(|error| self.swapped(error))?;
-        notes.iter().for_each(|note| run.say.note(note));
+        let calibration = stored(run, &self.calibration)?;
         let is_live = self.follow || self.files.iter().any(|path| path.as_os_str() == "-");
         if is_live { self.answer_rows(run, calibration) } else { self.apply(run, calibration) }
     }
@@ -169,7 +166,6 @@ impl ApplyJob {
                 all.extend(recordings);
             }
         }
-        self.traces.check_intervals(all.iter(), 1)?;
         let mut traces = Together::default();
         self.traces.write(&mut traces, &calibration, all.iter(), 1)?;
         traces.finish()?;
@@ -207,26 +203,11 @@ impl ApplyJob {
                 Rows::Form(_) => None,
                 Rows::Columns(names) => Some(names.clone()),
             }),
+            time_unit: self.time_unit,
             rate_hz: self.rate,
             json: self.json,
         };
         if path.as_os_str() == "-" { live::standard_input(tap) } else { live::follow(tap, path) }
-    }
-
-    /// Returns the error for an unreadable calibration. If another argument is a calibration, the error says to name it
-    /// first.
-    fn swapped(&self, error: ReadCalibrationError) -> JobError {
-        let may_be_one =
-            |path: &&PathBuf| target_for(path).is_some_and(|target| target.reader.is_some());
-        match self.files.iter().find(may_be_one) {
-            Some(calibration) if !may_be_one(&&self.calibration) => {
-                let (first, then) = (self.calibration.display(), calibration.display());
-                JobError::Usage(format!(
-                    "{first} is not a calibration; name the calibration first, then the recordings: apply {then} {first}"
-                ))
-            }
-            _ => error.into(),
-        }
     }
 
     /// Returns the output file for the loads of each input file; empty without an output folder.

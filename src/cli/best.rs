@@ -10,9 +10,7 @@ use serde::Serialize;
 
 use super::choices::{CommonArgs, fit_arguments};
 use super::error::JobError;
-use super::exports::{
-    check_determined, check_endings, check_formats, export, with_history_that_fits,
-};
+use super::exports::{check_determined, check_endings, check_formats, export};
 use super::inputs::Files;
 use super::recordings::RecordingArgs;
 use super::run::{Run, Work, examples};
@@ -114,7 +112,6 @@ impl Work for BestJob {
             let request = Request::fit(recordings, proposed.model.settings.clone());
             // Ctrl-C cancels only the search. The export uses another progress, so it is completed after Ctrl-C, too.
             let progress = Progress::default();
-            let request = with_history_that_fits(run, request, &progress)?;
             let calibration = train(&request, &progress, &mut |_| {})?;
             check_determined(&calibration, self.force)?;
             let data = request.datasets.get(&request.key(), &progress)?;
@@ -123,7 +120,7 @@ impl Work for BestJob {
             }
             let mut files = Together::default();
             let identity = Identity::default();
-            export(run, &request, &calibration, &identity, &self.export, &mut files)?;
+            export(run, &request, &calibration, &identity, false, &self.export, &mut files)?;
             files.finish()?;
         }
         let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));

@@ -202,9 +202,9 @@ pub struct CommonArgs {
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Switch off: {}", OFFSET.help()))]
     pub no_offset: bool,
-    #[arg(long = HISTORY_RATE.option, help = HISTORY_RATE.help(), value_name = HISTORY_RATE.unit.placeholders[0],
-        default_value_t = HISTORY_RATE.number(), allow_negative_numbers = true, help_heading = HEADING)]
-    pub history_rate: f64,
+    #[arg(long = HISTORY_RATE.option, help = history_help(), value_name = HISTORY_RATE.unit.placeholders[0],
+        allow_negative_numbers = true, help_heading = HEADING)]
+    history_rate: Option<f64>,
     #[arg(long = DECIMATION.option, help = with_default(&DECIMATION), value_name = "N", allow_negative_numbers = true)]
     pub decimate: Option<usize>,
 }
@@ -225,7 +225,7 @@ impl CommonArgs {
             },
             offset: !self.no_offset,
             decimation: self.decimate.unwrap_or(FitSettings::default().decimation),
-            history_rate_hz: self.history_rate,
+            history_rate_hz: self.history_rate.unwrap_or(HISTORY_RATE.number()),
             full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
         }
@@ -341,6 +341,13 @@ fn with_default(setting: &Setting) -> String {
     format!("{} [default: {}]", setting.help(), setting.number())
 }
 
+fn history_help() -> String {
+    format!(
+        "{} [default: 0; fit and report: the highest rate that fits into 64 kB on a controller, if the error of no axis grows by more than 2 % with it]",
+        HISTORY_RATE.help()
+    )
+}
+
 fn f_th_help() -> String {
     let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
     format!(
@@ -386,6 +393,10 @@ pub struct ModelArgs {
 impl ModelArgs {
     pub fn rated(&self) -> Rated {
         self.choices.blocks.common.rated()
+    }
+
+    pub fn is_history_given(&self) -> bool {
+        self.choices.blocks.common.history_rate.is_some()
     }
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
@@ -474,7 +485,7 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     if settings.decimation != default.decimation {
         option(DECIMATION.option, settings.decimation.to_string());
     }
-    if settings.history_rate_hz != default.history_rate_hz {
+    if settings.features.has_history() {
         option(HISTORY_RATE.option, settings.history_rate_hz.to_string());
     }
     let full_scale: Option<Vec<f64>> = settings.full_scale.iter().copied().collect();

@@ -1,17 +1,72 @@
-//! Option `--export` of `fit` and `best`: writes a fitted calibration to files.
+//! `loopscope export`, and option `--export` of `fit` and `best`: write a calibration to files.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
 
 use super::error::{JobError, failed};
-use super::run::Run;
+use super::inputs::Files;
+use super::run::{Run, Work, examples};
+use super::values::named_file;
 use crate::{
     calibration::Calibration,
-    export::{Outline, Together, add_calibration, caution, known_target},
+    export::{
+        Footprint, Outline, Together, add_calibration, caution, known_target, listed_targets,
+        read_with_notes,
+    },
     finding::Face,
     progress::Progress,
-    questions::{Request, handed_over, history::coarse_history},
+    questions::{Request, handed_over},
     recording::identity::Identity,
 };
+
+/// Write a stored calibration in other formats. The calibration is not fitted again, so its loads and errors stay the same.
+#[derive(Debug, Args)]
+#[command(after_help = examples(&[
+    ("loopscope export sensor.json sensor.h sensor.zip", "writes C code, and a library with self-tests"),
+]))]
+pub struct ExportJob {
+    /// Calibration (.json).
+    #[arg(value_parser = named_file())]
+    calibration: PathBuf,
+    #[arg(required = true, value_name = "FILE", value_parser = named_file(), help = exported_help())]
+    files: Vec<PathBuf>,
+    /// Overwrite existing files, and export even a calibration that is not determined by its recordings.
+    #[arg(long)]
+    force: bool,
+}
+
+/// Returns the help text for the names of exported files.
+pub fn exported_help() -> String {
+    format!(
+        "Write the calibration to this file. The file name ending selects the format. Can be given several times. Formats: {}",
+        listed_targets()
+    )
+}
+
+impl Work for ExportJob {
+    fn files(&self) -> Files<'_> {
+        Files::default().reading([&self.calibration]).writing(&self.files, self.force)
+    }
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        check_endings(&self.files)?;
+        let calibration = stored(run, &self.calibration)?;
+        check_formats(&self.files, &Outline::of(&calibration))?;
+        check_determined(&calibration, self.force)?;
+        let mut files = Together::default();
+        add(run, &calibration, &self.files, &mut files)?;
+        files.finish()?;
+        self.files.iter().try_for_each(|path| run.print_path(path))
+    }
+}
+
+/// Reads a calibration, and prints the notes about it.
+pub fn stored(run: &Run, path: &Path) -> Result<Calibration, JobError> {
+    let (calibration, notes) = read_with_notes(path)?;
+    notes.iter().for_each(|note| run.say.note(note));
+    Ok(calibration)
+}
 
 /// Checks that each file name ends like an export format (such as `.json` or `.h`).
 pub fn check_endings(paths: &[PathBuf]) -> Result<(), JobError> {
@@ -40,39 +95,45 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
     }
 }
 
-/// Lowers the rate at which earlier samples are stored if exported code would otherwise need too much memory, and prints a
-/// note about it; see [`coarse_history`].
-pub fn with_history_that_fits(
-    run: &Run,
-    mut request: Request,
-    progress: &Progress,
-) -> Result<Request, JobError> {
-    if let Some(coarse) = coarse_history(&request, progress)? {
-        run.say.note(format_args!("{coarse}; --history-rate sets another rate"));
-        request.settings.history_rate_hz = coarse.rate_hz;
-    }
-    Ok(request)
-}
-
-/// Adds the calibration to `files`, once for each of `paths`, in the format of its file name. Prints a warning if a format
-/// cannot hold a part of it.
+/// Adds the fitted calibration to `files`, once for each of `paths`, with the names and hashes of its recordings.
 pub fn export(
     run: &Run,
     request: &Request,
     calibration: &Calibration,
     identity: &Identity,
+    keeps_band: bool,
     paths: &[PathBuf],
     files: &mut Together,
 ) -> Result<(), JobError> {
     if paths.is_empty() {
         return Ok(());
     }
+    let mut whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
+    if keeps_band {
+        whole.learned.clone_from(&calibration.learned);
+    }
+    add(run, &whole, paths, files)
+}
+
+/// Adds a calibration to `files`, once for each of `paths`, in the format of its file name. Prints a warning if a format
+/// cannot hold a part of it, and for C code the memory that a controller needs.
+fn add(
+    run: &Run,
+    calibration: &Calibration,
+    paths: &[PathBuf],
+    files: &mut Together,
+) -> Result<(), JobError> {
     for caution in paths.iter().filter_map(|path| caution(calibration, path)) {
         run.say.warning(caution);
     }
-    let whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
     for path in paths {
-        add_calibration(files, &whole, path)?;
+        add_calibration(files, calibration, path)?;
+    }
+    let is_for_controllers = |path: &PathBuf| {
+        known_target(path).is_ok_and(|target| ["h", "zip"].contains(&target.endings[0]))
+    };
+    if paths.iter().any(is_for_controllers) {
+        run.say.note(Footprint::of(calibration));
     }
     Ok(())
 }

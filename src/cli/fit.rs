@@ -8,19 +8,16 @@ use clap::Args;
 use serde::Serialize;
 
 use super::error::JobError;
-use super::exports::{
-    check_determined, check_endings, check_formats, export, with_history_that_fits,
-};
+use super::exports::{check_determined, check_endings, check_formats, export, exported_help};
 use super::inputs::Files;
-use super::messages::Messages;
 use super::recordings::{FitArgs, FitInputs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
 use crate::{
-    calibration::{Calibration, EpochReport, FactoryScores, FitSettings, Quality, Regressor},
-    export::{Footprint, Outline, Together, listed_targets},
-    features::{Block as _, Blocks, Distance, FeatureSettings, Play},
+    calibration::{Calibration, EpochReport, FactoryScores, Quality, Regressor},
+    export::{Outline, Together},
+    features::{Distance, FeatureSettings},
     finding::{Face, Finding, Id},
     progress::Progress,
     questions::{
@@ -45,10 +42,11 @@ use crate::{
 pub struct FitJob {
     #[command(flatten)]
     fit: FitArgs,
-    #[arg(long, value_name = "FILE", value_parser = named_file(), help = format!(
-        "Write the calibration to this file. The file name ending selects the format. Can be given several times. Formats: {}", listed_targets()
-    ))]
+    #[arg(long, value_name = "FILE", value_parser = named_file(), help = exported_help())]
     export: Vec<PathBuf>,
+    /// Keep the uncertainty band of a kernel in an exported .json, which is about twenty times as large with it.
+    #[arg(long, requires = "export")]
+    band: bool,
     /// Also print the errors of the manufacturer's calibration, tared on the training recordings (.json, or .cal in ATI's format,
     /// whose gauges are taken in the order of the recordings).
     #[arg(long, value_name = "FILE", value_parser = named_file())]
@@ -73,15 +71,12 @@ impl Work for FitJob {
         // The names of the output files are checked before the fit, so that no time is lost if one is wrong.
         check_endings(&self.export)?;
         self.traces.check()?;
-        let FitInputs { recordings, settings, sensor, limits } = self.fit.read(run)?;
-        check_formats(&self.export, &Outline::of_fit(&settings, recordings.layout()))?;
-        let mut request = Request::fit(Arc::new(recordings), settings);
-        if !self.export.is_empty() {
-            request = with_history_that_fits(run, request, &run.progress)?;
-        }
+        let FitInputs { mut request, sensor, limits } = self.fit.read(run)?;
+        let layout = request.recordings.layout();
+        check_formats(&self.export, &Outline::of_fit(&request.settings, layout))?;
+        self.fit.choose_history(run, &mut request)?;
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
         let step = request.settings.decimation;
-        self.traces.check_intervals(all(), step)?;
         let cost = cross_validation_cost(&request.settings);
         let mut calibration = train(&request, &run.progress, &mut |step| {
             run.say.line(&step_text(&step, cost));
@@ -105,12 +100,9 @@ impl Work for FitJob {
         let calibration = Arc::new(calibration);
         let limits = check_limits(&request, &calibration, &limits, &run.progress)?;
         let mut files = Together::default();
-        export(run, &request, &calibration, &sensor.identity, &self.export, &mut files)?;
+        export(run, &request, &calibration, &sensor.identity, self.band, &self.export, &mut files)?;
         self.traces.write(&mut files, &calibration, all(), step)?;
         files.finish()?;
-        if self.export.iter().any(|path| is_for_controllers(path)) {
-            note_footprint(&run.say, &request, &calibration);
-        }
         let first = calibration.features.look_backs.first();
         let report = FitReport {
             simulated: calibration.simulated,
@@ -148,51 +140,6 @@ impl Work for FitJob {
             others.iter().try_for_each(|found| writeln!(out, "* {}", found.text(Face::CommandLine)))
         })?;
         keep_limits(&limits)
-    }
-}
-
-/// Returns true if the export to this file contains C code for a controller.
-fn is_for_controllers(path: &Path) -> bool {
-    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    ending == "h" || ending == "zip"
-}
-
-/// Prints how much memory the exported code needs on a controller, and which settings would need less.
-fn note_footprint(say: &Messages, request: &Request, calibration: &Calibration) {
-    let footprint = Footprint::of(calibration);
-    say.note(footprint);
-    let keeps_history = calibration.features.window_secs() > 0.0;
-    if footprint.is_large() && keeps_history {
-        say.note("--history-rate 100, or a smaller time threshold t_th or lag, needs less memory");
-    }
-    let play = FitSettings {
-        features: FeatureSettings {
-            blocks: Blocks::default().with(&Play, Play.setting().default),
-            ..FeatureSettings::present()
-        },
-        regressor: Regressor::Linear,
-        ..request.settings.clone()
-    };
-    if !keeps_history {
-        return;
-    }
-    let request = Request::fit(Arc::clone(&request.recordings), play);
-    let Ok(play) = train(&request, &Progress::default(), &mut |_| {}) else {
-        return;
-    };
-    let takes = Footprint::of(&play);
-    if let (Some(present), Some(other)) = (calibration.mean_cv_share(), play.mean_cv_share())
-        && other < present
-        && takes.memory < footprint.memory
-    {
-        let percent = |error: f64| significant(100.0 * error, 3);
-        say.note(format_args!(
-            "a model with play operators ({}) needs {} bytes of memory, and its cross-validation error is lower: {} % of full scale on average, not {} %",
-            play.describe(),
-            takes.memory,
-            percent(other),
-            percent(present)
-        ));
     }
 }
 

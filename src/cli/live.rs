@@ -17,7 +17,7 @@ use crate::{
         },
         map::ColumnMap,
     },
-    recording::{Axis, RecordingError, Tare},
+    recording::{Axis, RecordingError, Tare, units::TimeUnit},
 };
 
 /// Status of a row that gets no load, because the rows are being averaged for a tare.
@@ -86,6 +86,7 @@ pub struct Tap<'a> {
     pub form: Option<RowForm>,
     /// Names of the columns, if the rows are those of a table without a header.
     pub header: Option<String>,
+    pub time_unit: Option<TimeUnit>,
     /// Sample rate of rows without a time (Hz).
     pub rate_hz: Option<f64>,
     pub json: bool,
@@ -287,6 +288,7 @@ impl Tap<'_> {
             auxiliary: &channels[1],
             form: self.form,
             header: header.as_deref(),
+            time_unit: self.time_unit,
             rate_hz: self.rate_hz,
         };
         let mut out = None;

@@ -8,6 +8,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::error::JobError;
+use super::exports::stored;
 use super::inputs::Files;
 use super::reading::{Needs, Rated, ReadArgs};
 use super::recordings::MeasuringArgs;
@@ -15,7 +16,7 @@ use super::run::{Run, Work, examples};
 use super::values::{named_file, number_in};
 use crate::{
     calibration::{AppliedLoads, Calibration, FitSettings},
-    export::{read_with_notes, write_atomically},
+    export::write_atomically,
     features::{Distance, FeatureSettings, Range, Thresholds},
     finding::Face,
     progress::Progress,
@@ -117,8 +118,7 @@ impl Work for MetrologyJob {
 
 impl MetrologyJob {
     fn measured(&self, run: &Run, path: &Path) -> Result<Subject, JobError> {
-        let (calibration, notes) = read_with_notes(path)?;
-        notes.iter().for_each(|note| run.say.note(note));
+        let calibration = stored(run, path)?;
         let rated =
             Rated { full_scale: self.full_scale.clone(), by_axis: calibration.rated_loads() };
         let recordings = self.read.read(run, &run.inputs.recordings, &rated, Needs::Nothing)?;

@@ -2,6 +2,7 @@
 //! figures.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 
@@ -12,9 +13,10 @@ use super::reading::{Rated, ReadArgs};
 use super::run::Run;
 use super::values::named_file;
 use crate::{
-    calibration::FitSettings,
     questions::{
+        Request,
         expected_error::limits::{Checked, Limits},
+        history::coarse_history,
         metrology::MetrologySettings,
     },
     recording::{
@@ -135,10 +137,9 @@ pub struct FitArgs {
     limits: Option<PathBuf>,
 }
 
-/// Content of the files that [`FitArgs`] names.
+/// Request of the fit, and content of the other files that [`FitArgs`] names.
 pub struct FitInputs {
-    pub recordings: RecordingSet,
-    pub settings: FitSettings,
+    pub request: Request,
     pub sensor: SensorFile,
     pub limits: Limits,
 }
@@ -155,7 +156,21 @@ impl FitArgs {
         let recordings = self.recordings.read(run, &rated)?;
         let mut settings = self.model.settings(&run.say, &recordings);
         rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
-        Ok(FitInputs { recordings, settings, sensor, limits })
+        let request = Request::fit(Arc::new(recordings), settings);
+        Ok(FitInputs { request, sensor, limits })
+    }
+
+    /// Chooses the rate at which earlier samples are stored, unless `--history-rate` gives it, before anything is scored; see
+    /// [`coarse_history`].
+    pub fn choose_history(&self, run: &Run, request: &mut Request) -> Result<(), JobError> {
+        if self.model.is_history_given() {
+            return Ok(());
+        }
+        if let Some(coarse) = coarse_history(request, &run.progress)? {
+            run.say.note(format_args!("{coarse}; --history-rate 0 stores all samples"));
+            request.settings.history_rate_hz = coarse.rate_hz;
+        }
+        Ok(())
     }
 }
 

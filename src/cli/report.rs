@@ -1,4 +1,4 @@
-//! `loopscope report`: fits a calibration and writes a report as an HTML page.
+//! `loopscope report`: fits a calibration, or reads a stored one, and writes a report as an HTML page.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -6,26 +6,35 @@ use std::sync::Arc;
 use clap::Args;
 
 use super::error::{JobError, usage};
+use super::exports::stored;
 use super::inputs::Files;
 use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::{
+    calibration::Calibration,
+    progress::Progress,
     questions::{
-        Request,
+        Request, analyse,
         page::{ReportRequest, report, write_report},
         read_factory,
     },
     recording::simulated,
 };
 
-/// Fit a calibration and write a report with tables and figures as one HTML file.
+/// Fit a calibration, or read a stored one, and write a report with tables and figures as one HTML file.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
     ("loopscope report --train day1.csv day2.csv --test day3.csv --out report.html", "writes one page to print or to send"),
+    ("loopscope report sensor.json --train day1.csv day2.csv --test day3.csv --out report.html", "reports on a stored calibration, which is not fitted again"),
     ("loopscope report --train recordings --sensor sensor.toml --limits limits.toml --out report.html", "adds the sensor's identity; exit code 3 if a limit is exceeded"),
 ]))]
 pub struct ReportJob {
+    /// Calibration (.json) to report on, in place of a new fit. A calibration does not contain its recordings, so name them with
+    /// --train and --test. With the recordings of its fit, the report has the same figures as that of the fit. The options of
+    /// the model are not used.
+    #[arg(value_parser = named_file())]
+    calibration: Option<PathBuf>,
     #[command(flatten)]
     fit: FitArgs,
     /// HTML file to write. The figures are embedded in it.
@@ -46,7 +55,8 @@ pub struct ReportJob {
 
 impl Work for ReportJob {
     fn files(&self) -> Files<'_> {
-        self.fit.files().reading(&self.factory).writing([&self.out], self.force)
+        let files = self.fit.files().reading(&self.factory).reading(&self.calibration);
+        files.writing([&self.out], self.force)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
@@ -57,19 +67,33 @@ impl Work for ReportJob {
                 self.out.display()
             ));
         }
-        let FitInputs { mut recordings, settings, sensor, limits } = self.fit.read(run)?;
+        let stored = self.calibration.as_deref().map(|path| stored(run, path)).transpose()?;
+        if let Some(calibration) = &stored
+            && run.inputs.recordings.is_empty()
+            && !calibration.simulated
+        {
+            return usage(
+                "a calibration does not contain its recordings; name them with --train and --test",
+            );
+        }
+        let FitInputs { mut request, sensor, limits } = self.fit.read(run)?;
         let warnings = run.say.findings();
-        if recordings.is_simulated() {
+        if request.recordings.is_simulated() {
+            let recordings = Arc::make_mut(&mut request.recordings);
             for entry in simulated::bench(simulated::DEFAULT_SEED) {
                 recordings.push(entry)?;
             }
         }
-        let names = &recordings.layout().gauge_names;
-        let range = self.fit.recordings.read.range(settings.full_scale.clone());
+        let names = &request.recordings.layout().gauge_names;
+        let range = self.fit.recordings.read.range(request.settings.full_scale.clone());
         let factory = self.factory.as_deref().map(|path| read_factory(path, names)).transpose()?;
-        let factory = factory.map(Arc::new);
+        request.factory = factory.map(Arc::new);
+        match stored {
+            Some(calibration) => apply_stored(&mut request, calibration, &run.progress)?,
+            None => self.fit.choose_history(run, &mut request)?,
+        }
         let asked = ReportRequest {
-            request: Request { factory, ..Request::fit(Arc::new(recordings), settings) },
+            request,
             identity: sensor.identity,
             notes: self.notes.replace("\\n", "\n"),
             limits,
@@ -82,4 +106,26 @@ impl Work for ReportJob {
         run.print_path(&self.out)?;
         keep_limits(&data.limits)
     }
+}
+
+/// Puts a stored calibration with its settings into the request. If it has the stored errors on these recordings, they are
+/// those of its fit, and its cross-validation holds for them too.
+fn apply_stored(
+    request: &mut Request,
+    calibration: Calibration,
+    progress: &Progress,
+) -> Result<(), JobError> {
+    request.settings = calibration.settings();
+    let quality = calibration.quality.clone();
+    request.calibration = Some(Arc::new(calibration));
+    let found = &analyse(request, progress)?.calibration.quality;
+    let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-6 * b.abs();
+    let is_same = |a: &Option<Vec<f64>>, b: &Option<Vec<f64>>| match (a, b) {
+        (Some(a), Some(b)) => a.len() == b.len() && a.iter().zip(b).all(is_near),
+        (a, b) => a.is_none() && b.is_none(),
+    };
+    request.trained = (found.n_train, found.n_test) == (quality.n_train, quality.n_test)
+        && is_same(&found.compensated.train_rmse, &quality.compensated.train_rmse)
+        && is_same(&found.compensated.test_rmse, &quality.compensated.test_rmse);
+    Ok(())
 }

@@ -166,6 +166,7 @@ impl Minute {
             auxiliary: &auxiliary,
             form: None,
             header: None,
+            time_unit: None,
             rate_hz: None,
         };
         let Some(rows) = self.take(line, source) else {

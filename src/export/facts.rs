@@ -87,6 +87,18 @@ pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
         let channels = channels.iter().map(AuxiliaryChannel::in_words);
         settings.push(("auxiliary channels", joined("; ", channels)));
     }
+    settings.extend(quality.history_scatter.as_ref().map(|scatter| {
+        let axes = calibration.axes.iter().zip(scatter);
+        let scatter = axes.map(|(axis, scatter)| {
+            format!("{axis} {} {}", significant(*scatter, 3), axis.unit())
+        });
+        let text = format!(
+            "at most one sample in {} s; loads of runs that start at different samples differ by (root mean square) {}",
+            significant(calibration.history_step_secs, 4),
+            joined(", ", scatter)
+        );
+        ("history", text)
+    }));
     let how = quality.cross_validation.as_ref();
     settings.extend(how.map(|how| ("cross-validation", how.to_string())));
     settings.extend(calibration.tare.map(|tare| {

@@ -35,6 +35,8 @@ pub struct LiveSource<'a> {
     pub form: Option<RowForm>,
     /// Names of the columns, if the user gave them. The rows are then those of a table with this header.
     pub header: Option<&'a str>,
+    /// Unit of times whose unit is not in the rows. `None` to find the unit from the step of the times.
+    pub time_unit: Option<TimeUnit>,
     /// Sample rate (Hz) from which the times of rows without a time are computed. `None` to take these times from the clock
     /// of this computer.
     pub rate_hz: Option<f64>,
@@ -55,6 +57,16 @@ impl<'a> LiveSource<'a> {
     pub(super) fn may_have_header(self) -> bool {
         let is_table = matches!(self.form, None | Some(RowForm::Table));
         is_table && self.header.is_none() && self.whole_map().is_none()
+    }
+
+    /// Returns the number of values in a row, if the user gave the form of the rows and it tells this number.
+    pub(super) fn n_values(self) -> Option<usize> {
+        match (self.form?, self.header) {
+            (RowForm::Numbers, _) => Some(self.n_channels()),
+            (RowForm::TimedNumbers, _) => Some(self.n_channels() + 1),
+            (RowForm::Table, Some(names)) => Some(names.split(',').count()),
+            _ => None,
+        }
     }
 
     pub(super) fn n_channels(self) -> usize {
@@ -151,6 +163,65 @@ pub(super) fn numbers(line: &str) -> Option<Vec<f64>> {
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
 
+/// Returns the numbers of a line, joined by commas, and the other text of the line, if there are this many numbers and the
+/// other text is more than a delimiter: units, labels or brackets. A number in front of `:` or `=`, or directly behind a
+/// letter, is part of a label. A line with more than a unit and a label between two numbers is a message for people.
+pub(super) fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)> {
+    /// Maximum number of words between two numbers.
+    const MOST_WORDS: usize = 2;
+    if numbers(line).is_some() {
+        return None;
+    }
+    let (mut found, mut between) = (Vec::new(), String::new());
+    let mut rest = line.trim();
+    while !rest.is_empty() {
+        let is_in_word = between.ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '.');
+        let (number, after) = rest.split_at(number_length(rest));
+        let is_label = after.trim_start().starts_with([':', '=']);
+        if !number.is_empty() && !is_in_word && !is_label {
+            found.push(number);
+            between.push('#');
+            rest = after;
+            continue;
+        }
+        let (text, after) = rest.split_at(rest.chars().next().map_or(0, char::len_utf8));
+        if !(text == " " && between.ends_with(' ')) {
+            between.push_str(text);
+        }
+        rest = after;
+    }
+    let is_word = |text: &&str| text.contains(char::is_alphabetic);
+    let n_words = |text: &str| text.split([' ', ',', ';', '\t']).filter(is_word).count();
+    let is_row = found.len() == n && between.split('#').all(|text| n_words(text) <= MOST_WORDS);
+    is_row.then(|| (found.join(","), between))
+}
+
+/// Returns the length (bytes) of the number with which a text begins; 0 if it begins with none.
+fn number_length(text: &str) -> usize {
+    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    let signed = |text: &str| usize::from(text.starts_with(['+', '-']));
+    let mut n = signed(text);
+    let whole = digits(&text[n..]);
+    n += whole;
+    let fraction = text[n..].strip_prefix('.').map_or(0, digits);
+    if whole + fraction == 0 {
+        return 0;
+    }
+    n += fraction + usize::from(fraction > 0);
+    if let Some(exponent) = text[n..].strip_prefix(['e', 'E']) {
+        let sign = signed(exponent);
+        let n_digits = digits(&exponent[sign..]);
+        n += if n_digits > 0 { 1 + sign + n_digits } else { 0 };
+    }
+    n
+}
+
+/// Returns the value of a pair without its unit.
+fn without_unit(value: &str) -> &str {
+    let (number, unit) = value.split_at(number_length(value));
+    if number.is_empty() || unit.contains(|c: char| c.is_ascii_digit()) { value } else { number }
+}
+
 fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
     if line.starts_with(['>', '{']) {
         return None;
@@ -162,10 +233,18 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
         match (cell.split_once([':', '=']), joined.last_mut()) {
             (Some((name, value)), _) if !name.is_empty() => joined.push((name, value)),
             (None, Some((_, value))) if value.is_empty() => *value = cell,
+            // A unit stands behind the value.
+            (None, Some(_)) if !cell.contains(|c: char| c.is_ascii_digit()) => {}
             _ => return None,
         }
     }
+    joined.iter_mut().for_each(|(_, value)| *value = without_unit(value));
     (!joined.is_empty()).then_some(joined)
+}
+
+/// Returns the name and the value of a line with one value.
+pub(super) fn single_pair(line: &str) -> Option<(&str, &str)> {
+    pairs(line).filter(|pairs| pairs.len() == 1)?.pop()
 }
 
 /// Returns the name, the time (ms) and the value of a Teleplot line.
@@ -333,7 +412,8 @@ impl DeviceRows {
     /// with the first gauge, or with a name that the row already has. A row is complete when it has all channels of the
     /// calibration.
     fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
-        let (name, time, value) = teleplot(row)?;
+        let single = || single_pair(row).map(|(name, value)| (name, None, value));
+        let (name, time, value) = teleplot(row).or_else(single)?;
         let is_first = self.cycle.first().is_some_and(|first| first == name);
         let begins = self.pending.iter().any(|(own, _)| is_first || own == name);
         let before = begins.then(|| self.whole(arrived_secs));
@@ -375,7 +455,7 @@ impl DeviceRows {
 pub(super) fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
     let n = source.n_channels();
     let is_clock = |time: &dyn Fn(&Vec<f64>) -> f64| {
-        clock(&rows.iter().map(time).collect::<Vec<f64>>(), source.step_secs?)
+        clock(&rows.iter().map(time).collect::<Vec<f64>>(), source.step_secs?, source.time_unit)
     };
     match rows.first()?.len().checked_sub(n)? {
         0 => Some(0..0),
@@ -393,11 +473,12 @@ pub(super) fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Opt
     }
 }
 
-/// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. A clock never goes back, and moves in
+/// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. If the user gave the unit, any step
+/// is right. A clock never goes back, and moves in
 /// nearly equal steps, which are near to the step of the calibration in one of the units. Each time of a coarse clock is
 /// repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
 /// 1 in each row must be very near.
-fn clock(times: &[f64], trained_secs: f64) -> Option<TimeUnit> {
+fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<TimeUnit> {
     /// Minimum number of steps.
     const FEWEST_STEPS: usize = 4;
     /// Factors of the median step between which the steps of a clock are, apart from a few.
@@ -412,14 +493,14 @@ fn clock(times: &[f64], trained_secs: f64) -> Option<TimeUnit> {
     // The first and the last time may be cut.
     let whole_runs = runs.get(1..runs.len() - 1)?;
     let (shortest, longest) = (whole_runs.iter().min()?, whole_runs.iter().max()?);
-    let unit = timeline::unit_by_step(step, trained_secs).ok()?;
+    let unit = given.or_else(|| timeline::unit_by_step(step, trained_secs).ok())?;
     let is_counter = steps.iter().all(|own| *own == 1.0);
     let is_very_near = VERY_NEAR.contains(&(step / unit.per_second() / trained_secs));
     let is_clock = steps.iter().all(|own| *own >= 0.0)
         && n_even >= FEWEST_STEPS
         && 5 * n_even >= 4 * rises.len()
         && longest - shortest <= 1
-        && (is_very_near || !is_counter);
+        && (is_very_near || !is_counter || given.is_some());
     is_clock.then_some(unit)
 }
 

@@ -79,10 +79,6 @@ pub enum TableError {
     #[error("the table has a header, but no rows after it")]
     NoRows,
     #[error(
-        "the rows have at most {found} numbers, but {needed} are needed: the gauges in the order of the calibration, then its auxiliary channels"
-    )]
-    FewNumbers { found: usize, needed: usize },
-    #[error(
         "it is not clear which columns of the rows are the gauges: {found}. The calibration needs the columns {}",
         listed(needed)
     )]

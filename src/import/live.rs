@@ -4,12 +4,13 @@
 //! are parsed. A line that is not a row is reported and changes nothing. In JSON lines, the keys are the names of the
 //! columns.
 
+mod documents;
 mod growing;
 mod head;
 
 use std::time::Instant;
 
-use super::device_rows::{DeviceRows, without_stamp};
+use super::device_rows::{DeviceRows, scattered_numbers, without_stamp};
 pub use super::device_rows::{LiveSource, RowForm};
 use super::error::{at, of_file};
 use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
@@ -34,6 +35,7 @@ use crate::{
         units::TimeUnit,
     },
 };
+use documents::Messages;
 pub use growing::{GrowingFile, Grown};
 pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};
@@ -97,6 +99,10 @@ pub struct LiveTable {
     start: Instant,
     /// Names in the header; `None` without one.
     header: Option<Vec<String>>,
+    /// Lines of the present message, if the rows are messages of several lines.
+    messages: Option<Messages>,
+    /// Text between the numbers of a row, with the number of numbers, if it is more than a delimiter.
+    between: Option<(usize, String)>,
     /// Number of lines above the first row.
     n_above: usize,
 }
@@ -246,6 +252,7 @@ impl LiveTable {
         }
         let by_values = plan.time_scale == TimeScale::ByValues;
         let assumed_unit = match source.step_secs.filter(|_| by_values) {
+            Some(_) if source.time_unit.is_some() => source.time_unit,
             Some(_) if rows.times.len() < n_needed => return Ok(None),
             Some(secs) => {
                 by_step_of(&rows.times, secs, &plan, source).map_err(at(name, plan.line))?
@@ -266,6 +273,8 @@ impl LiveTable {
             device: None,
             start: Instant::now(),
             header: None,
+            messages: None,
+            between: None,
             n_above: head.n_lines as usize,
         }))
     }
@@ -277,6 +286,29 @@ impl LiveTable {
 
     /// Reads one line that arrived at this time (s).
     pub fn row_at(&mut self, line: &str, secs: f64) -> Result<Option<LiveRow>, Rejected> {
+        let message;
+        let line = match &mut self.messages {
+            Some(messages) if !line.starts_with('{') => match messages.push(line) {
+                Some(whole) => {
+                    message = whole;
+                    &message
+                }
+                None => return Ok(None),
+            },
+            _ => line,
+        };
+        let plain;
+        let line = match &self.between {
+            Some((n, between)) => {
+                let found = scattered_numbers(line, *n).filter(|(_, text)| text == between);
+                plain = found.ok_or_else(|| Rejected {
+                    time: None,
+                    why: "the text of the line differs from that of the first rows".to_owned(),
+                })?;
+                &plain.0
+            }
+            None => line,
+        };
         let Some(device) = &mut self.device else {
             let line = if self.keys.is_some() { line } else { without_stamp(line).1 };
             return self.table_row(line).map(Some);
@@ -416,6 +448,7 @@ mod tests {
             auxiliary: &[],
             form: None,
             header: None,
+            time_unit: None,
             rate_hz: None,
         }
     }
@@ -553,6 +586,68 @@ mod tests {
             assert!(head.end(source).is_err());
             assert!(head.into_kept().count() <= 2000);
         }
+    }
+
+    /// Each form of row that other programs print, for a calibration of three gauges at 100 Hz: read rightly, or a question.
+    #[test]
+    fn rows_of_other_programs_are_read_or_asked_for() {
+        let gauges = gauges(3);
+        let read = |row: &str, form: Option<RowForm>, header: Option<&str>| {
+            let source = LiveSource { gauges: &gauges, form, header, ..of(Some(0.01)) };
+            let lines: Vec<String> =
+                (0..60).flat_map(|_| row.split('\n').map(str::to_owned)).collect();
+            let rows = read_all(&lines, source).ok()?;
+            assert!(rows.iter().all(|(gauges, _)| gauges[..] == [1.0, 2.0, 4.0]), "{row} {rows:?}");
+            Some(rows.len())
+        };
+        let ros = "layout:\n  dim: []\n  data_offset: 0\ndata:\n- 1.0\n- 2.0\n- 4.0\n---";
+        let fields = "header:\n  stamp:\n    sec: 5\n    nanosec: 0\nS1: 1\nS2: 2\nS3: 4.0\n---";
+        for (row, n) in [
+            ("( 1 , 2 , 4 )", 60),
+            ("[1, 2, 4]", 60),
+            ("S1=1 S2=2 S3=4", 60),
+            ("S1: 1 mV/V, S3: 4 mV/V, S2: 2 mV/V", 60),
+            ("S1=1mV;S2=2mV;S3=4e0mV", 60),
+            ("S3: 4\nS1: 1\nS2: 2", 59),
+            (ros, 60),
+            (fields, 60),
+            ("data: [1, 2, 4]\n---", 60),
+        ] {
+            let found = read(row, None, None);
+            assert!(found.is_some_and(|found| found >= n), "{row}: {found:?}");
+        }
+        let n = Some(RowForm::Numbers);
+        let names = Some("S1,S2,S3");
+        let timed = Some("_,S1,S2,S3");
+        for (row, form, header) in [
+            ("1 mV/V, 2 mV/V, 4 mV/V", n, None),
+            ("Reading: 1 2 4", n, None),
+            ("a0=1 a1=2 a2=4", n, None),
+            ("<1|2|4>", n, None),
+            ("a0=1 a1=2 a2=4", Some(RowForm::Table), names),
+            ("counter 7 values 1;2;4.0e0", Some(RowForm::Table), timed),
+        ] {
+            assert_eq!(read(row, None, None), None, "{row}");
+            assert_eq!(read(row, form, header), Some(60), "{row}");
+        }
+        for row in ["can0  123   [8]  11 22 33 44 55 66 77 88", "7,1,2,4", "0,0,1,2,4,9"] {
+            assert_eq!(read(row, None, None), None, "{row}");
+        }
+    }
+
+    /// A controller at 1 kHz counts milliseconds, and the calibration is at 100 Hz. The counter may be a clock or count rows.
+    #[test]
+    fn a_given_unit_of_time_decides() {
+        let gauges = gauges(3);
+        let source = LiveSource { gauges: &gauges, ..of(Some(0.01)) };
+        let lines = numbers_after(60, |k| format!("{k},"));
+        assert!(read_all(&lines, source).is_err());
+        let time_unit = Some(TimeUnit::Milliseconds);
+        let rows = read_all(&lines, LiveSource { time_unit, ..source }).unwrap();
+        assert_eq!(rows[59].1, 0.059);
+        let form = Some(RowForm::TimedNumbers);
+        let rows = read_all(&lines, LiveSource { time_unit, form, ..source }).unwrap();
+        assert_eq!((rows.len(), rows[59].1), (60, 0.059));
     }
 
     /// Times are 0, 50, 100 … as `millis()` counts, and the same times in other units. The calibration is at 20 Hz.

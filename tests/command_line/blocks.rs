@@ -77,7 +77,7 @@ fn every_regressor_is_exported_and_applied_with_the_errors_it_reported() {
         assert_eq!(report["regressor"], regressor);
         succeed(workshop.path(), &["apply", "c.json", "test.csv", "--out", "."]);
         let loads = Table::read(&workshop.file("test_loads.csv"));
-        let (truth, found) = (loads.column("Fz calc"), loads.column("Fz comp"));
+        let (truth, found) = (loads.column("Fz reference"), loads.column("Fz compensated"));
         let squares: f64 = truth.iter().zip(&found).map(|(a, b)| (a - b) * (a - b)).sum();
         let actual = (squares / truth.len() as f64).sqrt();
         let reported = rmse(&report, "compensated", "test_rmse");

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::program::{run, stderr, succeed};
+use crate::program::{fit, run, stderr, succeed};
 use crate::table::Table;
 use crate::workshop::{ALL_FILES, Workshop, recording};
 
@@ -60,8 +60,8 @@ fn an_ati_style_file_is_applied_to_the_gauges_in_their_order() {
         assert!(stderr(&output).contains(words), "{}", stderr(&output));
     }
     let loads = Table::read(&workshop.file("run_loads.csv"));
-    assert_eq!(loads.column("Fy comp"), [4.0, 0.0]);
-    assert_eq!(loads.column("Mz conv"), [12.0, 14.0]);
+    assert_eq!(loads.column("Fy compensated"), [4.0, 0.0]);
+    assert_eq!(loads.column("Mz uncompensated"), [12.0, 14.0]);
     let again = run(workshop.path(), &["apply", "s.cal", "run.csv", "--out", "."]);
     assert!(stderr(&again).contains("--force"));
     succeed(workshop.path(), &["apply", "s.cal", "run.csv", "--out", ".", "--force"]);
@@ -190,35 +190,119 @@ fn a_fit_to_fewer_samples_than_coefficients_warns_and_is_exported_only_by_force(
     assert!(forced.status.success() && workshop.file("c.json").exists());
 }
 
-/// At 1 kHz, the history of 15 s needs more than 64 kB, so a rate is set. At 20 Hz it needs less, and no rate is set.
+/// Each format gets the same bytes from the fit and from the stored calibration.
 #[test]
-fn a_history_too_large_for_a_controller_is_made_coarser() {
-    let workshop = Workshop::new();
-    let recording = |rate_hz: f64, seed: f64| -> String {
-        let mut play = 0.0_f64;
-        let row = |k: u32| {
-            let t = f64::from(k) / rate_hz;
-            let load = 5.0 * (0.7 * t + seed).sin() + 2.0 * (1.9 * t).sin();
-            play = play.clamp(load - 1.0, load + 1.0);
-            format!("{t},{},{load}\n", load + 0.2 * play + 1e-3 * (37.0 * t).sin())
-        };
-        let rows: String = (0..(30.0 * rate_hz) as u32).map(row).collect();
-        format!("t [s],S1,Fz [N]\n{rows}")
+fn a_stored_calibration_is_exported_to_the_same_bytes_as_by_its_fit() {
+    let workshop = Workshop::with_recordings();
+    fs::create_dir(workshop.file("stored")).unwrap();
+    let names = ["h", "rs", "py", "m", "zip", "yaml", "inc", "csv", "npz", "mat", "json"];
+    let names = names.map(|ending| format!("s.{ending}"));
+    let exports = names.iter().flat_map(|name| ["--export", name]);
+    let fit: Vec<&str> = ["fit", "--play"].into_iter().chain(ALL_FILES).chain(exports).collect();
+    succeed(workshop.path(), &fit);
+    let stored: Vec<String> = names.iter().map(|name| format!("stored/{name}")).collect();
+    let export: Vec<&str> =
+        ["export", "s.json"].into_iter().chain(stored.iter().map(|name| &**name)).collect();
+    succeed(workshop.path(), &export);
+    for (name, stored) in names.iter().zip(&stored) {
+        let [fitted, stored] = [name, stored].map(|name| fs::read(workshop.file(name)).unwrap());
+        assert!(fitted == stored, "{name}");
+    }
+    let again = run(workshop.path(), &export);
+    assert!(!again.status.success() && stderr(&again).contains("--force"));
+    let refused = run(workshop.path(), &["export", "s.json", "d.h", "d.xyz"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(!workshop.file("d.h").exists());
+}
+
+/// The matrices of the band are most of a kernel's file, so they are written only on demand.
+#[test]
+fn the_band_of_a_kernel_is_exported_on_demand() {
+    let workshop = Workshop::with_recordings();
+    let fit = ["fit", "--regressor", "kernel", "--landmarks", "30", "--force"];
+    let size = |more: &[&str]| {
+        succeed(workshop.path(), &[&fit[..], &ALL_FILES, &["--export", "c.json"], more].concat());
+        succeed(workshop.path(), &["apply", "c.json", "a.csv", "--out", ".", "--force"]);
+        (workshop.read("c.json").len(), workshop.read("a_loads.csv"))
     };
+    let ((without, loads), (with, same)) = (size(&[]), size(&["--band"]));
+    assert!(with > without + 20_000 && loads == same, "{with} and {without} bytes");
+}
+
+/// Returns the rows of a recording whose gauge has play of 1 N. The clock starts at zero at the sample `first`.
+fn played(rate_hz: f64, seed: f64, first: u32) -> String {
+    let mut play = 0.0_f64;
+    let rows = (0..(40.0 * rate_hz) as u32).map(|k| {
+        let t = f64::from(k) / rate_hz;
+        let load = 5.0 * (0.7 * t + seed).sin() + 2.0 * (1.9 * t).sin();
+        play = play.clamp(load - 1.0, load + 1.0);
+        let gauge = load + 0.2 * play + 1e-3 * (37.0 * t).sin();
+        format!("{:.5},{gauge},{load}\n", f64::from(k.saturating_sub(first)) / rate_hz)
+    });
+    let rows: String = rows.skip(first as usize).collect();
+    format!("t [s],S1,Fz [N]\n{rows}")
+}
+
+/// At 1 kHz, the history of 15 s needs more than 64 kB, so its rate is chosen, before anything is scored. At 20 Hz it needs
+/// less, and all samples are stored.
+#[test]
+fn a_history_too_large_for_a_controller_is_made_coarser_before_the_fit() {
+    let workshop = Workshop::new();
     for (rate_hz, is_coarser) in [(1000.0, true), (20.0, false)] {
         for seed in 0..3 {
-            workshop.write(&format!("run{seed}.csv"), recording(rate_hz, f64::from(seed)));
+            workshop.write(&format!("run{seed}.csv"), played(rate_hz, f64::from(seed), 0));
         }
-        let fit = ["fit", "--train", "run0.csv", "run1.csv", "run2.csv", "--force", "--export"];
-        let step = |arguments: &[&str]| -> f64 {
-            succeed(workshop.path(), &[&fit[..], arguments].concat());
+        let train = ["--train", "run0.csv", "run1.csv", "run2.csv"];
+        let printed = |more: &[&str]| {
+            let mut printed = fit(workshop.path(), &[&train[..], more].concat());
             let file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
-            file["history_step_secs"].as_f64().unwrap()
+            printed["step"] = file["history_step_secs"].clone();
+            (printed, file)
         };
-        let chosen = step(&["c.json"]);
+        let (chosen, file) = printed(&["--export", "c.json", "--force"]);
+        let (alone, _) = printed(&[]);
+        assert_eq!(alone, chosen, "an export changes nothing");
         let whole = 0.3137 / rate_hz;
-        assert_eq!(chosen > 1.5 * whole, is_coarser, "{chosen} s at {rate_hz} Hz");
-        let asked = step(&["c.json", "--history-rate", "1000"]);
-        assert!((asked - 1e-3).abs() < 1e-8, "{asked}");
+        let step = chosen["step"].as_f64().unwrap();
+        assert_eq!(step > 1.5 * whole, is_coarser, "{step} s at {rate_hz} Hz");
+        assert_eq!(file["quality"]["history_scatter"].is_null(), !is_coarser);
+        let (all, file) = printed(&["--export", "c.json", "--force", "--history-rate", "0"]);
+        assert!((all["step"].as_f64().unwrap() / whole - 1.0).abs() < 0.01, "{all}");
+        assert!(file["quality"]["history_scatter"].is_null());
+    }
+}
+
+/// A robot may be switched on at any sample. After the time threshold, its loads agree within the stated scatter, and its
+/// errors lie within the expected error.
+#[test]
+fn loads_of_runs_that_start_at_different_samples_agree_within_the_stated_scatter() {
+    let workshop = Workshop::new();
+    for seed in 0..4 {
+        workshop.write(&format!("run{seed}.csv"), played(1000.0, 1.3 * f64::from(seed), 0));
+    }
+    let train = ["--train", "run0.csv", "run1.csv", "run2.csv", "run3.csv"];
+    let printed = fit(workshop.path(), &[&train[..], &["--export", "c.json"]].concat());
+    let expected = &printed["expected_error"]["axes"][0];
+    let expected = expected["value"].as_f64().unwrap_or_else(|| panic!("{expected}"));
+    let file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+    let stated = file["quality"]["history_scatter"][0].as_f64().unwrap();
+    let loads = |first: u32| {
+        let name = format!("start{first}.csv");
+        workshop.write(&name, played(1000.0, 0.5, first));
+        succeed(workshop.path(), &["apply", "c.json", &name, "--out", "."]);
+        let table = Table::read(&workshop.file(&name.replace(".csv", "_loads.csv")));
+        (table.column("Fz compensated"), table.column("Fz reference"))
+    };
+    let (whole, truth) = loads(0);
+    for first in [101, 257, 412, 872] {
+        let later = loads(first).0;
+        let full = first as usize + 15 * 1000 + 1;
+        let differences = (full..whole.len()).map(|k| whole[k] - later[k - first as usize]);
+        let n = (whole.len() - full) as f64;
+        let scatter = (differences.map(|difference| difference.powi(2)).sum::<f64>() / n).sqrt();
+        assert!(scatter < 1.5 * stated, "{scatter} N, stated are {stated} N");
+        let errors = (full..whole.len()).map(|k| later[k - first as usize] - truth[k]);
+        let within = errors.filter(|error| error.abs() <= expected).count() as f64 / n;
+        assert!(within > 0.93, "{within} of the errors are within {expected} N");
     }
 }

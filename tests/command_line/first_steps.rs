@@ -67,7 +67,7 @@ fn the_guide_s_program_in_cpp_computes_the_load_of_apply() {
         applied.split(',').nth(at).unwrap().parse::<f64>().unwrap()
     };
     let printed: Vec<f64> = (run.split([' ', ','])).filter_map(|word| word.parse().ok()).collect();
-    let expected = [column("t "), column("Fx comp"), column("Fz comp")];
+    let expected = [column("t "), column("Fx compensated"), column("Fz compensated")];
     assert_eq!(printed.len(), 3, "{run}");
     for (printed, expected) in printed.iter().zip(expected) {
         assert!((printed - expected).abs() < 6e-4, "{run}: {applied}");

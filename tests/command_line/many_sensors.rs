@@ -50,6 +50,7 @@ fn make_calibrates_the_good_sensors_and_continues_after_a_failure() {
     assert!(!first.status.success() && printed.contains("train_1.csv"), "{printed}");
     let is_there = |name: &str| workshop.file(&format!("results/{name}.json")).exists();
     assert_eq!(["s1", "s2", "s3"].map(is_there), [true, false, true], "{printed}");
+    assert!(workshop.read("results/s1.h").contains("s1_update("));
     let calibration: serde_json::Value =
         serde_json::from_str(&workshop.read("results/s3.json")).unwrap();
     assert_eq!(calibration["identity"]["serial"], "s3");

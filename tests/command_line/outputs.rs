@@ -45,7 +45,6 @@ fn of_several_outputs_none_is_written_unless_all_can_be() {
         ("--export a.json --export a.xyz", &["a.xyz", "format"]),
         ("--export a.json --export gone/a.h", &["gone/a.h", "no folder gone"]),
         ("--export a.json --traces test.csv --force", &["test.csv", "replace the input"]),
-        ("--export a.json --traces t.csv --from 1e6", &["no sample"]),
         ("--export a.json --t-th 1e9 --export a.h", &["a.h", "look back"]),
     ] {
         refused(&workshop, &format!("{fit} {outputs}"), words);

@@ -30,6 +30,28 @@ fn a_report_contains_the_warnings_of_reading_and_never_replaces_a_recording() {
     assert!(message.contains("replace the input"), "{message}");
 }
 
+/// A stored calibration and the recordings of its fit give the same page as the fit. Only the time of day may differ.
+#[test]
+fn a_report_on_a_stored_calibration_has_the_figures_of_its_fit() {
+    let workshop = Workshop::with_recordings();
+    succeed(workshop.path(), &[&["fit", "--export", "c.json"], &ALL_FILES[..]].concat());
+    succeed(workshop.path(), &[&["report", "--out", "fit.html"], &ALL_FILES[..]].concat());
+    let stored = [&["report", "c.json", "--out", "stored.html"], &ALL_FILES[..]].concat();
+    succeed(workshop.path(), &stored);
+    let lines = |name: &str| {
+        let is_dated = |line: &&str| !line.contains(" UTC") && !line.contains("made");
+        workshop.read(name).lines().filter(is_dated).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let (fitted, stored) = (lines("fit.html"), lines("stored.html"));
+    let other = fitted.iter().zip(&stored).find(|(fitted, stored)| fitted != stored);
+    assert!(fitted.len() == stored.len() && other.is_none(), "{other:?}");
+    let other = ["report", "c.json", "--train", "a.csv", "--out", "other.html"];
+    succeed(workshop.path(), &other);
+    assert!(workshop.read("other.html").contains("not fitted to these recordings"));
+    let bare = run(workshop.path(), &["report", "c.json", "--out", "bare.html"]);
+    assert_eq!(bare.status.code(), Some(2));
+}
+
 #[test]
 fn a_report_under_another_ending_is_refused() {
     let workshop = Workshop::with_recordings();

@@ -77,7 +77,7 @@ fn the_expected_error_bounds_95_percent_of_the_held_out_errors() {
     let text = workshop.read("t.csv");
     let mut rows = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
     let head = rows.next().unwrap();
-    let column = head.iter().position(|name| name.starts_with("Fz comp error")).unwrap();
+    let column = head.iter().position(|name| name.starts_with("Fz compensated error")).unwrap();
     let of_test = rows.filter(|row| row[0] == "test");
     let mut errors: Vec<f64> =
         of_test.map(|row| row[column].parse::<f64>().unwrap().abs()).collect();

@@ -21,7 +21,9 @@ fn traces_have_the_errors_that_the_fit_reported() {
     let table = Table::read(&workshop.file("n.csv"));
     assert_eq!(table.column("t").len(), 4 * 75);
     let is_test: Vec<bool> = text.lines().skip(1).map(|line| line.starts_with("test,")).collect();
-    for (column, kind) in [("Fz conv error", "conventional"), ("Fz comp error", "compensated")] {
+    for (column, kind) in
+        [("Fz uncompensated error", "conventional"), ("Fz compensated error", "compensated")]
+    {
         let errors = table.column(column);
         let of_test = errors.iter().zip(&is_test).filter(|(_, is_test)| **is_test);
         let of_test: Vec<f64> = of_test.map(|(error, _)| *error).collect();
@@ -29,25 +31,12 @@ fn traces_have_the_errors_that_the_fit_reported() {
         let reported = numbers(&report[kind]["test_rmse"])[0];
         assert!((rms(&of_test) - reported).abs() < 1e-9 * reported, "{column}");
     }
-    let (calc, comp, error) =
-        (table.column("Fz calc"), table.column("Fz comp"), table.column("Fz comp error"));
+    let (calc, comp, error) = (
+        table.column("Fz reference"),
+        table.column("Fz compensated"),
+        table.column("Fz compensated error"),
+    );
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
-}
-
-/// At 10 Hz, the interval from 3 s to 5 s has 21 samples in each file. The past samples of these rows come from the whole recording.
-#[test]
-fn a_range_of_time_is_a_part_of_the_same_rows() {
-    let workshop = Workshop::with_recordings();
-    let make = [&["fit", "--export", "c.json"], &ALL_FILES[..]].concat();
-    succeed(workshop.path(), &make);
-    let apply = ["apply", "c.json", "a.csv", "test.csv", "--traces"];
-    succeed(workshop.path(), &[&apply[..], &["all.csv"]].concat());
-    succeed(workshop.path(), &[&apply[..], &["part.csv", "--from", "3", "--to", "5"]].concat());
-    let (all, part) = (workshop.read("all.csv"), workshop.read("part.csv"));
-    let kept: Vec<&str> = part.lines().collect();
-    assert_eq!(kept.len(), 1 + 2 * 21);
-    assert!(kept.iter().all(|row| all.lines().any(|own| own == *row)));
-    assert!(kept[1].starts_with("a,3,") && kept[42].starts_with("test,5,"));
 }
 
 #[test]
@@ -64,7 +53,7 @@ fn recordings_without_a_reference_leave_its_cells_empty() {
     succeed(workshop.path(), &["apply", "c.json", "bare.csv", "--traces", "u.csv"]);
     assert_eq!(
         workshop.read("u.csv").lines().next().unwrap(),
-        "recording,t [s],Fz conv [N],Fz comp [N]"
+        "recording,t [s],Fz uncompensated [N],Fz compensated [N]"
     );
 }
 
@@ -73,12 +62,8 @@ fn impossible_traces_are_refused_with_a_correction() {
     let workshop = Workshop::with_recordings();
     for (more, word) in [
         (&["--traces", "t.txt"][..], "use .csv"),
-        (&["--traces", "t.csv", "--from", "5", "--to", "3"], "must not be after the end"),
-        (&["--traces", "t.csv", "--from", "900"], "choose other times"),
-        (&["--traces", "t.csv", "--from", "nan"], "must not be after the end"),
         (&["--traces", "a.csv", "--force"], "replace the input"),
         (&["--traces", "gone/t.csv"], "no folder"),
-        (&["--from", "3"], "--traces"),
     ] {
         let output = run(workshop.path(), &[&["fit"], &ALL_FILES[..], more].concat());
         assert!(

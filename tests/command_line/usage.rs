@@ -23,7 +23,6 @@ fn each_wrong_argument_is_answered_with_a_correction() {
         ("fit --train runs", &["runs", "one.csv, two.csv", "*.csv"]),
         ("fit --train -", &["standard input", "name a file"]),
         ("apply c.json - --out .", &["live rows (- or --follow)"]),
-        ("apply a.csv c.json --out .", &["a.csv is not a calibration", "apply c.json a.csv"]),
         ("fit --train a.csv --f-th 3,5", &["--look-back 3,5"]),
         ("fit --train a.csv b.csv ./a.csv", &["a.csv and ./a.csv"]),
         ("fit --train a.csv --test a.csv", &["same recording", "--test"]),

@@ -97,8 +97,10 @@ pub struct Band {
     /// Ridge strength: ratio of the noise variance to the prior variance of the fitted function.
     pub strength: f64,
     /// Rows of the lower triangular matrix W, which whitens the kernel values: `φ = W k`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub whitening: Vec<Vec<f64>>,
     /// Rows of the lower triangular matrix P: `|P φ|²` is the variance of the fitted function divided by the noise variance.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub posterior: Vec<Vec<f64>>,
 }
 
@@ -121,12 +123,25 @@ impl Kernel {
         rows("weights", n_axes, &self.weights, &|_| m)?;
         vector("offset", n_axes, &self.offset)?;
         vector("noise_variance", n_axes, &self.band.noise_variance)?;
-        rows("whitening", m, &self.band.whitening, &triangle)?;
-        rows("posterior", m, &self.band.posterior, &triangle)?;
+        if self.has_band() {
+            rows("whitening", m, &self.band.whitening, &triangle)?;
+            rows("posterior", m, &self.band.posterior, &triangle)?;
+        }
         for scale in [self.length_scale, self.band.strength] {
             LENGTH_SCALE.check(scale)?;
         }
         Ok(())
+    }
+
+    /// Returns false if the file of the kernel does not contain the matrices of its uncertainty band.
+    pub fn has_band(&self) -> bool {
+        !(self.band.whitening.is_empty() && self.band.posterior.is_empty())
+    }
+
+    /// Removes the matrices of the uncertainty band, which are most of a file.
+    pub fn remove_band(&mut self) {
+        self.band.whitening.clear();
+        self.band.posterior.clear();
     }
 
     /// Multiplies the predictions by one factor per axis. The uncertainty band does not change.

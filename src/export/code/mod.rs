@@ -322,7 +322,7 @@ fn code_bytes(program: &Program) -> usize {
 }
 
 /// Returns the size of a sensor's state in C (bytes), as the template declares it. `real` is the size of a number (bytes).
-fn state_bytes(program: &Program, real: usize) -> usize {
+pub(in crate::export) fn state_bytes(program: &Program, real: usize) -> usize {
     let (n_gauges, n_axes) = (program.centre.len(), program.conventional.base.len());
     let clock = real; // as wide as a number, in single and in double precision
     let memory = program.blocks.iter().flat_map(|block| &block.source.memory);

@@ -83,9 +83,12 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let facts = matrix::facts(export, "in N and N-m", for_xml_comment).into_iter();
     let entered = |item| calibration.identity.get(item).trim();
     let date = in_order(entered(Item::Date), ["%Y-%m-%d", "%-m/%-d/%Y"]);
-    let rows = matrix::rows(calibration).zip(&calibration.full_scale);
-    let axes = calibration.axes.iter().zip(rows).map(|(axis, (row, full_scale))| {
-        (spelled(*axis), joined(" ", row), full_scale.to_string())
+    let axes = calibration.axes.iter().zip(matrix::rows(calibration)).enumerate();
+    let axes = axes.map(|(at, (axis, row))| {
+        // Drivers limit the load to the maximum, so it must not be below the loads of the training recordings.
+        let limit = calibration.limits.get(at).copied().unwrap_or(0.0);
+        let max = calibration.full_scale[at].max(limit);
+        (spelled(*axis), joined(" ", row), max.to_string())
     });
     let values = context! {
         facts => facts.map(Value::from_safe_string).collect::<Vec<_>>(),

@@ -316,7 +316,7 @@ static inline void {{ prefix }}_init({{ prefix }}_state *s)
 
 /*
  * Tares: subtracts these gauges from now on, the mean of several samples of the unloaded sensor. Restarts the history.
- * Does nothing if a value is not finite.
+ * The load of {{ prefix }}_zero_last_load is no longer subtracted. Does nothing if a value is not finite.
  */
 static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefix }}_state *s, const {{ prefix }}_real mean[{{ n_gauges }}])
 {
@@ -326,6 +326,8 @@ static inline void {{ prefix }}_tare(const {{ prefix }}_calibration *c, {{ prefi
             return;
     for (g = 0; g < {{ n_gauges }}; g++)
         s->gauge_zero[g] = mean[g] - c->unloaded[g];
+    for (g = 0; g < {{ n_axes }}; g++)
+        s->load_zero[g] = s->conventional_zero[g] = 0;
     {{ prefix }}_forget(s);
 }
 

@@ -135,6 +135,7 @@ class State:
         if mean.shape != (GAUGES,) or not np.all(np.isfinite(mean)):
             raise ValueError(f"{GAUGES} finite numbers are needed")
         self.gauge_zero = mean - UNLOADED
+        self.load_zero = self.conventional_zero = 0.0
         self._forget()
 
     def zero_last_load(self):

@@ -259,16 +259,20 @@ struct Quantity {
 }
 
 const QUANTITIES: [Quantity; 5] = [
-    Quantity { label: "calc", needs_reference: true, of: |[reference, ..]| reference },
-    Quantity { label: "conv", needs_reference: false, of: |[_, conventional, _]| conventional },
-    Quantity { label: "comp", needs_reference: false, of: |[.., compensated]| compensated },
+    Quantity { label: "reference", needs_reference: true, of: |[reference, ..]| reference },
     Quantity {
-        label: "conv error",
+        label: "uncompensated",
+        needs_reference: false,
+        of: |[_, conventional, _]| conventional,
+    },
+    Quantity { label: "compensated", needs_reference: false, of: |[.., compensated]| compensated },
+    Quantity {
+        label: "uncompensated error",
         needs_reference: true,
         of: |[reference, conventional, _]| Some(conventional? - reference?),
     },
     Quantity {
-        label: "comp error",
+        label: "compensated error",
         needs_reference: true,
         of: |[reference, _, compensated]| Some(compensated? - reference?),
     },

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use crate::{
-    calibration::{Calibration, ExpectedError, NoCrossValidation, Past},
+    calibration::{
+        Calibration, ExpectedError, Learned, NoCrossValidation, Past, scatter_of_starts,
+    },
     export::with_sources,
     progress::Progress,
     questions::{
@@ -14,7 +16,7 @@ use crate::{
         question::{Answered, Query, Work},
         request::Request,
     },
-    recording::{Axis, Entry, RecordingSet, Role, first_pieces},
+    recording::{Axis, Entry, Recording, RecordingSet, Role, first_pieces},
     same::same_where,
 };
 
@@ -55,7 +57,8 @@ pub fn expected_error(
     Ok(expected_error_of_fit(&data, calibration, &past, left_out))
 }
 
-/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings.
+/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings,
+/// and removes the uncertainty band of a kernel.
 ///
 /// # Errors
 /// Those of [`expected_error`].
@@ -68,13 +71,25 @@ pub fn handed_over(
     Ok(handed_over_with(calibration.clone(), &expected, &request.recordings))
 }
 
+fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
+    let entries = recordings.entries().iter().filter(|entry| entry.role == Role::Train);
+    entries.map(|entry| &*entry.recording)
+}
+
 pub(crate) fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
     recordings: &RecordingSet,
 ) -> Calibration {
     let mut calibration = with_sources(&calibration, recordings);
-    calibration.quality.expected_error = expected.as_ref().ok().cloned();
+    if let Some(Learned::Kernel(kernel)) = &mut calibration.learned {
+        kernel.remove_band();
+    }
+    let quality = &mut calibration.quality;
+    quality.expected_error = expected.as_ref().ok().cloned();
+    if quality.history_scatter.is_none() {
+        calibration.quality.history_scatter = scatter_of_starts(&calibration, training(recordings));
+    }
     calibration
 }
 

@@ -1,7 +1,8 @@
-//! Sizes of the files of a calibration, and the history rate of an exported calibration: the number of earlier samples per second that a controller stores. The lowest
-//! rate that hardly increases the error of the fit is searched.
+//! Sizes of the files of a calibration, and its history rate: the number of earlier samples per second that a controller stores.
+//! The highest rate is searched whose history fits into the memory of small controllers.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use crate::{
@@ -14,13 +15,12 @@ use crate::{
         question::{Answered, Query, Work},
         request::Request,
     },
-    scoring::numbers::significant,
 };
 
 /// History rates to try, ascending (Hz).
-const RATES_HZ: [f64; 9] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0];
-/// Maximum error of a fit with a lower history rate, as a multiple of the error with all samples in the history.
-const LARGEST_COST: f64 = 1.01;
+const RATES_HZ: RangeInclusive<u16> = 1..=1000;
+/// Maximum error of a fit with a lower history rate on each axis, as a multiple of the error with all samples in the history.
+const LARGEST_COST: f64 = 1.02;
 
 /// History that stores fewer samples per second than the recordings have.
 #[derive(Clone, Copy, Debug)]
@@ -28,27 +28,27 @@ pub struct CoarseHistory {
     pub rate_hz: f64,
     /// Memory on a controller (bytes): with this history, and with all samples.
     memory: [usize; 2],
-    /// Mean error of the linear fit as a share of full scale: with this history, and with all samples.
-    errors: [f64; 2],
+    /// Factor by which the error of the linear fit grows, on the axis on which it grows most.
+    cost: f64,
 }
 
 impl fmt::Display for CoarseHistory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [coarse, whole] = self.memory.map(|bytes| bytes as f64 / 1000.0);
-        let [error, all] = self.errors.map(|error| significant(100.0 * error, 3));
         write!(
             f,
-            "with {} stored samples per second of history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; the mean error of the \
-             linear fit is then {error} % of full scale instead of {all} %",
-            self.rate_hz
+            "with {} stored samples per second of history, a controller needs {coarse:.1} kB instead of {whole:.1} kB; this changes the error \
+             of the linear fit by at most {:+.1} % on every axis",
+            self.rate_hz,
+            100.0 * (self.cost - 1.0)
         )
     }
 }
 
-/// Returns the history with the lowest rate that increases the error of the fit by less than 1 %. Without such a rate, returns
-/// the history with the highest rate that needs at most 64 kB on a controller.
+/// Returns the history with the highest rate that needs at most 64 kB on a controller.
 ///
-/// Returns `None` if all samples fit into 64 kB, or if a history rate is set.
+/// Returns `None` if all samples fit into 64 kB, if a history rate is set, or if the error of an axis grows by more than 2 %
+/// with this rate. All samples are then stored.
 ///
 /// # Errors
 /// [`AnalysisError`] if a fit fails.
@@ -62,39 +62,36 @@ pub fn coarse_history(
     }
     // Only the linear regressor is fitted in this search: it has the same history as the other regressors, and is the
     // fastest.
-    let fitted = |history_rate_hz| {
-        let regressor = Regressor::Linear;
-        let settings = FitSettings { history_rate_hz, regressor, ..settings.clone() };
-        let request = Request::fit(Arc::clone(&request.recordings), settings);
-        let trained = train(&request, progress, &mut |_| {})?;
-        Ok::<_, AnalysisError>((error_of(&trained), Footprint::of(&trained)))
+    let at = |history_rate_hz| FitSettings {
+        history_rate_hz,
+        regressor: Regressor::Linear,
+        ..settings.clone()
     };
-    let (whole_error, whole) = fitted(0.0)?;
-    if !whole.is_large() || !whole_error.is_finite() {
+    let data = request.datasets.get(&request.key(), progress)?;
+    let footprint =
+        |rate_hz| Ok::<_, AnalysisError>(Footprint::of(&data.blank_calibration(&at(rate_hz))?));
+    let whole = footprint(0.0)?;
+    let fits = |rate: &u16| footprint(f64::from(*rate)).is_ok_and(|found| !found.is_large());
+    let n_fit = RATES_HZ.collect::<Vec<_>>().partition_point(fits);
+    if !whole.is_large() || n_fit == 0 {
         return Ok(None);
     }
-    let mut chosen = None;
-    for rate_hz in RATES_HZ {
-        let (error, footprint) = fitted(rate_hz)?;
-        if footprint.is_large() {
-            break;
-        }
-        chosen = Some(CoarseHistory {
-            rate_hz,
-            memory: [footprint.memory, whole.memory],
-            errors: [error, whole_error],
-        });
-        if error < LARGEST_COST * whole_error {
-            break;
-        }
-    }
-    Ok(chosen)
+    let rate_hz = n_fit as f64;
+    let errors = |rate_hz| {
+        let request = Request { settings: at(rate_hz), ..request.plain() };
+        Ok::<_, AnalysisError>(errors_of(&train(&request, progress, &mut |_| {})?))
+    };
+    let (coarse, all) = (errors(rate_hz)?, errors(0.0)?);
+    let costs = coarse.iter().zip(&all).map(|(coarse, all)| coarse / all);
+    let cost = costs.fold(f64::NEG_INFINITY, f64::max);
+    let memory = [footprint(rate_hz)?.memory, whole.memory];
+    Ok((cost <= LARGEST_COST).then_some(CoarseHistory { rate_hz, memory, cost }))
 }
 
-/// Returns the mean error of all axes as a share of full scale: the cross-validation error, or if there is none, the training
-/// error.
-fn error_of(calibration: &Calibration) -> f64 {
-    calibration.mean_cv_share().or(calibration.mean_train_share()).unwrap_or(f64::NAN)
+/// Returns the error of each axis: in cross-validation, or if there is none, on the training recordings.
+fn errors_of(calibration: &Calibration) -> Vec<f64> {
+    let scores = &calibration.quality.compensated;
+    scores.cv_rmse.clone().or_else(|| scores.train_rmse.clone()).unwrap_or_default()
 }
 
 /// Request for a lower history rate, for a calibration that needs too much memory on a controller.

@@ -16,7 +16,7 @@ use super::{python, rust};
 use crate::{
     calibration::{Calibration, Learned, Status},
     export::{
-        code::CODE,
+        code::{CODE, Program, state_bytes},
         target::{Held, Target, all_parts, of_target},
         template::environment,
         text::{for_block_comment, identifier, library_name},
@@ -119,7 +119,7 @@ fn values(
     expected: &str,
 ) -> Value {
     let channels = &calibration.features.auxiliary;
-    let scale = test_vector::full_scale(calibration);
+    let (scale, program) = (test_vector::full_scale(calibration), Program::new(calibration));
     let longest_line = expected.lines().map(str::len).max().unwrap_or(0);
     context! {
         name,
@@ -140,6 +140,9 @@ fn values(
         full_scale => scale.iter().map(|scale| format!("{scale:?}")).collect::<Vec<_>>(),
         n_rows,
         line_bytes => longest_line + 3, // line end of two characters on Windows, and a closing zero
+        bytes_double => state_bytes(&program, 8),
+        bytes_float => state_bytes(&program, 4),
+        tared => calibration.tare.is_some(),
         allowed_double => format!("{:?}", ALLOWED.0),
         allowed_float => format!("{:.1e}", allowed_in_float(calibration)),
     }

@@ -1,6 +1,6 @@
 # The self-test of the shared library: calls its functions by ctypes on the samples of ../expected.csv and compares the loads.
 #
-#     cmake -B build && cmake --build build && python3 python/shared.py build/lib{{ name }}.so
+#     cmake -B build && cmake --build build && python3 python/shared.py build/lib{{ name }}_calibration.so
 import csv
 import ctypes
 import math
