@@ -85,7 +85,9 @@ fn assert_applied_loads_agree(sensor: &str) {
         let loads = Table::read(&directory.path().join(name));
         for row in case["rows"].as_array().unwrap() {
             let sample = row["sample"].as_u64().unwrap() as usize;
-            for (kind, calibration) in [("conv", "conventional"), ("comp", "compensated")] {
+            for (kind, calibration) in
+                [("uncompensated", "conventional"), ("compensated", "compensated")]
+            {
                 let actual: Vec<f64> = words(&report["axes"])
                     .iter()
                     .map(|axis| loads.column(&format!("{axis} {kind}"))[sample])

@@ -103,7 +103,7 @@ fn look_back_does_little_for_a_metal_sensor() {
     };
     let [first, second, third, fourth] = [1, 2, 3, 4].map(|run| format!("directional_{run}.txt"));
     let roles = ["--train", &first, &second, &fourth, "--test", &third];
-    let thresholds = ["--f-th", "10", "--t-th", "15"];
+    let thresholds = ["--f-th", "10", "--t-th", "15", "--history-rate", "0"];
     let report = fit_by("headerless.json", &folder, &[&roles[..], &thresholds].concat());
     assert_eq!(report["recordings"], 4);
     let conventional = [6.882583, 6.285746, 1.655491, 1.072821, 1.255908, 0.1283777];

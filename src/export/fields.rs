@@ -41,9 +41,12 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         ("shift", &scale.shift),
         ("inverse_scale", &scale.inverse_scale),
         ("deviation", &scale.deviation),
+        ("travel", &scale.travel),
     ] {
         fields.push(field("gauge_scale", name, "", Numbers(numbers.clone())));
     }
+    let run_secs = scale.run_secs.map(|secs| field("gauge_scale", "run_secs", "", Number(secs)));
+    fields.extend(run_secs);
     let quality = &calibration.quality;
     if let Some(known) = &quality.coefficients {
         let about = "standard error of each coefficient of the compensated matrix, by a jackknife";

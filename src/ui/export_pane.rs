@@ -29,7 +29,8 @@ const BUTTONS: f32 = 190.0;
 const WRITE_WIDTH: f32 = 120.0;
 const FOOT_HEIGHT: f32 = 112.0;
 const HEAD_HEIGHT: f32 = 32.0;
-const ROW_HEIGHT: f32 = 34.0;
+/// Heights of a row (points): in a window of at least this height, and in a lower one.
+const ROW_HEIGHTS: (f32, f32, f32) = (34.0, 880.0, 28.0);
 /// Widths of the columns (points). The purpose takes the rest.
 const FILE_WIDTH: f32 = 46.0;
 const PART_WIDTH: f32 = 78.0;
@@ -40,7 +41,7 @@ const LEAST_WIDTH: f32 = 700.0;
 /// File name ending of the report.
 const REPORT: &str = "html";
 /// Minimum width of a field of the identity, in points.
-const FIELD: f32 = 150.0;
+const FIELD: f32 = 138.0;
 /// Items of the identity that are always in sight.
 const IN_SIGHT: [Item; 5] =
     [Item::Model, Item::Serial, Item::Operator, Item::Date, Item::Reference];
@@ -194,7 +195,7 @@ impl View {
             let size = sizes.and_then(|(_, sizes)| *sizes.get(at)?);
             self.format_row(ui, target, (refusal, size), calibration, engine);
         }
-        let columns = Columns::next(ui, ROW_HEIGHT);
+        let columns = Columns::next(ui, row_height(ui));
         place(ui, columns.purpose, |ui| {
             let about = "Writes the results to one HTML page with tables, loops and traces, to print or to send";
             self.tick(ui, (REPORT, false), "Report for people", about);
@@ -230,7 +231,7 @@ impl View {
         calibration: &Calibration,
         engine: &Engine,
     ) {
-        let columns = Columns::next(ui, ROW_HEIGHT);
+        let columns = Columns::next(ui, row_height(ui));
         let ending = target.endings[0];
         let left_out = (target.leaves_out)(calibration);
         let about =
@@ -401,8 +402,13 @@ impl Columns {
     }
 }
 
+fn row_height(ui: &Ui) -> f32 {
+    let (tall, least, low) = ROW_HEIGHTS;
+    if ui.ctx().content_rect().height() >= least { tall } else { low }
+}
+
 fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
-    ui.put(rect, Label::new(text))
+    ui.put(rect, Label::new(text).extend())
 }
 
 /// Draws the result of the last export to this file. Returns false if there was none.

@@ -11,7 +11,7 @@ use faults::faults_row;
 use row::{group_button, group_of, name_button, rmse_label, role_menu};
 
 use crate::{
-    engine::{Action, Edit, Engine, Project},
+    engine::{Action, Edit, Engine, ImportCommand, Project},
     min_max::MinMax,
     questions::{self, RecordingResult, check::query::FindFaults},
     recording::{Axis, Channel, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange},
@@ -29,7 +29,7 @@ use crate::{
     },
 };
 
-const OPEN_WIDTH: f32 = 126.0;
+const OPEN_WIDTH: f32 = 206.0;
 /// Width of the list (points) below which groups, numbers of samples and rates are omitted.
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 /// Width of the list (points) below which the errors are omitted too.
@@ -113,6 +113,12 @@ fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
         }
         if ui.press("…", "Chooses files to open") {
             out.send(Command::ChooseFiles);
+        }
+        let path = fields.open.trim();
+        let about =
+            "Shows the columns of the file at this path, to choose their roles before it is loaded";
+        if ui.press_if(!path.is_empty(), "Columns…", about) {
+            out.send(ImportCommand::Open(path.into()));
         }
     });
 }
