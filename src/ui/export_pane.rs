@@ -187,7 +187,7 @@ impl View {
         place(ui, columns.file, |ui| ui.weak("file"));
         for (part, place) in PARTS.into_iter().zip(columns.parts) {
             centred(ui, place, RichText::new(part).weak())
-                .on_hover_text("✔ contained, ✕ left out, – not part of it");
+                .on_hover_text("A tick: contained. A cross: left out. A dash: the calibration or the kind of file has none");
         }
         place_right(ui, columns.size, |ui| ui.weak("[kB]"));
         for (at, target) in TARGETS.iter().enumerate() {
@@ -249,13 +249,9 @@ impl View {
             place(ui, rest, |ui| ui.add(text)).on_hover_text(refusal);
             return;
         }
-        for (held, place) in (target.parts)(calibration).into_iter().zip(columns.parts) {
-            let mark = match held {
-                Held::Whole => RichText::new("✔").strong(),
-                Held::LeftOut => RichText::new("✖").color(ui.visuals().warn_fg_color),
-                Held::NoPart => RichText::new("–").weak(),
-            };
-            centred(ui, place, mark);
+        let parts = (target.parts)(calibration).into_iter().zip(PARTS).zip(columns.parts);
+        for ((held, part), place) in parts {
+            mark(ui, place, held, part, ending);
         }
         if let Some(bytes) = size {
             place_right(ui, columns.size, |ui| {
@@ -409,6 +405,34 @@ fn row_height(ui: &Ui) -> f32 {
 
 fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
     ui.put(rect, Label::new(text).extend())
+}
+
+/// Paints a tick, a cross or a dash: whether a file holds a part of the calibration.
+fn mark(ui: &mut Ui, place: Rect, held: Held, part: &str, ending: &str) {
+    let visuals = ui.visuals();
+    let at = |x: f32, y: f32| place.center() + 4.0 * egui::vec2(x, y);
+    let (words, color, lines) = match held {
+        Held::Whole => {
+            let tick = vec![at(-1.0, 0.0), at(-0.3, 0.9), at(1.2, -1.1)];
+            ("contained", visuals.strong_text_color(), vec![tick])
+        }
+        Held::LeftOut => {
+            let cross =
+                vec![vec![at(-1.0, -1.0), at(1.0, 1.0)], vec![at(-1.0, 1.0), at(1.0, -1.0)]];
+            ("left out", visuals.warn_fg_color, cross)
+        }
+        Held::NoPart => {
+            ("not part of it", visuals.weak_text_color(), vec![vec![at(-0.7, 0.0), at(0.7, 0.0)]])
+        }
+    };
+    for line in lines {
+        ui.painter().add(egui::Shape::line(line, egui::Stroke::new(1.8, color)));
+    }
+    let response = ui.interact(place, ui.scope_id().with((ending, part)), egui::Sense::hover());
+    response.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::Role::Label, true, format!(".{ending}, {part}: {words}"))
+    });
+    response.on_hover_text(words);
 }
 
 /// Draws the result of the last export to this file. Returns false if there was none.

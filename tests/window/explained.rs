@@ -122,11 +122,18 @@ fn every_control_of_the_import_window_has_a_hover_text() {
     for tick in [
         "Computes the reference load of a known weight from the pose columns",
         "The reference load is in a separate file",
-        "sample rate",
     ] {
         click(&mut window, Role::CheckBox, tick);
     }
     all_explained(&mut window);
+    // The settings of the text lie over the page, whose controls they cover.
+    window.get_by_label_contains("Read as: ").click();
+    settle(&mut window);
+    click(&mut window, Role::CheckBox, "sample rate");
+    for tick in ["decimal comma", "header row", "units row", "sample rate"] {
+        let rect = window.get_by_role_and_label(Role::CheckBox, tick).rect();
+        assert!(explains(&mut window, rect.center()), "{tick}");
+    }
 }
 
 #[test]

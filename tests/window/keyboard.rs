@@ -89,7 +89,8 @@ fn a_whole_search_in_one_frame_is_done() {
     let files = Files::new();
     let mut window = window(files.three());
     let text = egui::Event::Text("show me".to_owned());
-    at_once(&mut window, [palette(), text, key(Key::ArrowDown), key(Key::Enter)]);
+    let down = || key(Key::ArrowDown);
+    at_once(&mut window, [palette(), text, down(), down(), key(Key::Enter)]);
     settle(&mut window);
     assert!(shell(&window).on_screen().contains(&crate::workspace::named("metrology")));
     assert!(window.query_by_role_and_label(Role::TextInput, "Find an action").is_none());
