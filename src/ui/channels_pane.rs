@@ -1,7 +1,7 @@
 //! Pane of the channels of one recording: a channel over time or over any other channel, its noise, drift and spectrum, and
 //! the menus that give channels their roles. No calibration is needed.
 
-use egui::{ComboBox, Ui};
+use egui::Ui;
 
 use crate::{
     engine::{Action, Asker, Engine},
@@ -15,7 +15,7 @@ use crate::{
     },
     report::figure::STANDS_ALONE,
     ui::{
-        choice::choice,
+        choice::{choice, labelled_choice},
         command::{Out, Pane},
         controls::Controls as _,
         numbers::elided,
@@ -206,8 +206,8 @@ fn index_shown(engine: &Engine) -> Option<usize> {
 }
 
 fn across_choice(ui: &mut Ui, recording: &Recording, across: &mut Channel) {
-    let button = ComboBox::from_label("across").width(110.0).truncate();
-    choice(ui, button, across, Channel::all(recording), |channel| (channel.label(recording), ""))
+    let described = |channel: Channel| (channel.label(recording), "");
+    labelled_choice(ui, ("across", 110.0), across, Channel::all(recording), described)
         .on_hover_text(
             "Channel on the horizontal axis: the time for a trace, another channel for a loop",
         );

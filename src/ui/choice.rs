@@ -1,7 +1,7 @@
 //! A drop-down list for mouse and keyboard. The list opens at the chosen item; Up and Down move, Enter chooses, Escape closes,
 //! and the focus returns to the button.
 
-use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui};
+use egui::{ComboBox, Event, FocusDirection, Key, Response, Ui, WidgetInfo};
 
 #[derive(Clone, Default)]
 struct Keys {
@@ -26,6 +26,25 @@ pub fn choice<T: PartialEq + Copy, N: Into<String>>(
         shown.response.request_focus();
     }
     shown.response
+}
+
+/// Draws a label, and after it the button with its list. Screen readers read the label as the name of the button.
+pub fn labelled_choice<T: PartialEq + Copy, N: Into<String>>(
+    ui: &mut Ui,
+    (label, width): (&str, f32),
+    chosen: &mut T,
+    values: impl IntoIterator<Item = T>,
+    described: impl Fn(T) -> (N, &'static str),
+) -> Response {
+    ui.label(label);
+    let button = ComboBox::from_id_salt(label).width(width).truncate();
+    let response = choice(ui, button, chosen, values, &described);
+    let shown: String = described(*chosen).0.into();
+    response.widget_info(|| WidgetInfo {
+        current_text_value: Some(shown.clone()),
+        ..WidgetInfo::labeled(egui::Role::ComboBox, true, label)
+    });
+    response
 }
 
 /// Draws the list. Returns true if a key closes it.

@@ -7,7 +7,7 @@ mod dwell_view;
 mod linked;
 mod loop_view;
 
-use egui::{ComboBox, Ui};
+use egui::Ui;
 
 use crate::{
     engine::{Edit, Engine},
@@ -22,7 +22,7 @@ use crate::{
     report::figure::{Figure, STANDS_ALONE},
     ui::{
         channels_pane,
-        choice::choice,
+        choice::labelled_choice,
         command::{Out, Pane},
         controls::Controls as _,
         palette::Trace,
@@ -289,7 +289,6 @@ impl LoopsPane {
 
     fn up_choice(&mut self, ui: &mut Ui, engine: &Engine) {
         let gauges = &engine.project().recordings.layout().gauge_names;
-        let button = ComboBox::from_label("up").width(70.0);
         let all = [Up::Error, Up::Load].into_iter();
         let all = all.chain((0..gauges.len()).map(Up::Gauge));
         let described = |up| match up {
@@ -297,7 +296,7 @@ impl LoopsPane {
             Up::Error => ("Error", ""),
             Up::Gauge(gauge) => (gauges.get(gauge).map_or("", |name| name), ""),
         };
-        choice(ui, button, &mut self.up, all, described).on_hover_text(
+        labelled_choice(ui, ("up", 70.0), &mut self.up, all, described).on_hover_text(
             "Quantity on the vertical axis: the error, the computed load, or a raw gauge (as in Fig. 1 of Koike et al. 2019)",
         );
     }
@@ -315,11 +314,10 @@ impl LoopsPane {
             };
             (name, "")
         };
-        let button = ComboBox::from_label("of").width(104.0).truncate();
         let of = [TableOf::Test, TableOf::Train].map(Span::Of);
         let all = [Span::Visible, Span::All].into_iter().chain(of);
         let all = all.chain((0..entries.len()).map(Span::One));
-        choice(ui, button, &mut self.span, all, described).on_hover_text(
+        labelled_choice(ui, ("of", 104.0), &mut self.span, all, described).on_hover_text(
             "Recordings to plot. Shown recording: only what the traces show, also in time",
         );
     }
@@ -393,8 +391,7 @@ fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Chann
     let loads = (engine.project().axes().iter())
         .flat_map(|axis| kinds.map(|load| Channel::Load(load, *axis)));
     let all = (0..n_gauges).map(Channel::Gauge).chain(loads);
-    let button = ComboBox::from_label(label).width(96.0);
     let all = std::iter::once(Channel::Time).chain(all);
-    choice(ui, button, channel, all, |one| (channel_name(one, engine), ""))
+    labelled_choice(ui, (label, 96.0), channel, all, |one| (channel_name(one, engine), ""))
         .on_hover_text("Quantity to plot: time, a gauge, or the reference, uncompensated or compensated load of an axis");
 }

@@ -20,6 +20,7 @@ use crate::{
         controls::Controls as _,
         pane::{Cx, PaneView},
         reversal_threshold::{dwell_secs, reversal_threshold},
+        strip::OLD,
         table,
     },
 };
@@ -79,6 +80,9 @@ impl MetrologyPane {
         ui.separator();
         if let Some(problem) = problem {
             ui.warn(problem);
+        }
+        if !lane.is_current() {
+            ui.multiply_opacity(OLD); // the figures are those of earlier settings
         }
         let Some(table) = table else {
             if engine.analysis().is_none() {

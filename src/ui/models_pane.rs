@@ -22,7 +22,7 @@ const MOST_MINUTES: f64 = 10_000.0;
 /// Columns that only the saved list has; the hover text of a model's name describes its features and its regressor.
 const SAVED_ONLY: [&str; 5] = ["features", "regressor", "cross-validation", "data", "trial time"];
 /// Maximum number of characters of a model's name in the list.
-const NAME_LENGTH: usize = 30;
+const NAME_LENGTH: usize = 42;
 
 pub const PANE: Pane = Pane {
     key: "compare",

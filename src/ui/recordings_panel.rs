@@ -29,7 +29,7 @@ use crate::{
     },
 };
 
-const OPEN_WIDTH: f32 = 206.0;
+const OPEN_WIDTH: f32 = 224.0;
 /// Width of the list (points) below which groups, numbers of samples and rates are omitted.
 const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
 /// Width of the list (points) below which the errors are omitted too.

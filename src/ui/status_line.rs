@@ -23,7 +23,13 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
         let refit = engine.lane::<Analyse>().running().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
-        // The button Cancel comes first, so that progress bars do not move the button.
+        // The buttons come first, so that progress bars do not move them.
+        if !engine.notices.is_empty() {
+            let all = counted(engine.notices.len(), "notice");
+            if ui.press_small(all, "Lists all notices that were not dismissed") {
+                out.send(Command::ToggleNotices);
+            }
+        }
         let runs = !running.is_empty() || refit.is_some();
         if runs
             && ui.press("Cancel", "Cancels the running work; recordings that are already loaded stay") {
@@ -42,12 +48,6 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         if let Some(refit) = refit {
             ui.label(&refit.title);
             bar(ui, &refit.title, refit.progress.fraction().unwrap_or(0.0));
-        }
-        if !engine.notices.is_empty() {
-            let all = counted(engine.notices.len(), "notice");
-            if ui.press_small(all, "Lists all notices that were not dismissed") {
-                out.send(Command::ToggleNotices);
-            }
         }
         if engine.entries().is_empty() {
             ui.weak("No recordings");

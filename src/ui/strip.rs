@@ -44,7 +44,7 @@ const GAP: f32 = 12.0;
 /// Widths of the window (points) from which the bars have these widths.
 const BARS: [(f32, f32); 3] = [(1500.0, 520.0), (1200.0, 320.0), (0.0, 180.0)];
 /// Opacity of figures that belong to earlier settings.
-const OLD: f32 = 0.6;
+pub const OLD: f32 = 0.6;
 
 /// Ratios of the compensated to the uncompensated error, and words for the part that is left.
 const LEFT: [(f64, &str); 5] = [

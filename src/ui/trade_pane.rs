@@ -1,6 +1,6 @@
 //! Pane with the error of each tried model against the memory that it needs on a controller.
 
-use egui::{Align2, FontId, RichText, Sense, Ui, Vec2};
+use egui::{FontId, RichText, Sense, Ui, Vec2};
 use egui_plot::{Line, Points};
 
 use crate::{
@@ -93,9 +93,12 @@ impl PaneView for View {
             names.extend(marked.map(|model| (model, name)));
         }
         for (model, name) in names {
-            let at = place(model) + Vec2::new(0.0, -8.0);
             let (font, color) = (FontId::proportional(12.0), visuals.text_color());
-            painter.text(at, Align2::CENTER_BOTTOM, name, font, color);
+            let text = painter.layout_no_wrap(name.to_owned(), font, color);
+            let above = place(model) - Vec2::new(0.5 * text.size().x, text.size().y + 8.0);
+            // A name stays inside the plot.
+            let most = shown.response.rect.right() - text.size().x - 2.0;
+            painter.galley(egui::pos2(above.x.min(most), above.y), text, color);
         }
         let pointer = shown.response.hover_pos();
         let distance = |model: &Tried<'_>| pointer.map_or(f32::MAX, |at| at.distance(place(model)));

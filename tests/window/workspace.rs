@@ -531,6 +531,17 @@ fn each_format_shows_its_result_and_one_that_cannot_hold_the_calibration_is_disa
 }
 
 #[test]
+fn an_empty_window_opens_a_typed_path() {
+    let files = Files::new();
+    let mut window = window(Vec::new());
+    ctrl(&mut window, Key::N);
+    assert!(names(&window).is_empty());
+    type_into(&mut window, "Open", files.three()[0].to_str().unwrap());
+    click(&mut window, Role::Button, "Load");
+    assert_eq!(names(&window), ["a"]);
+}
+
+#[test]
 fn a_path_is_typed_where_there_is_no_dialog() {
     let files = Files::new();
     let mut window = window(files.three());

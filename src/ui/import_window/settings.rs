@@ -1,7 +1,7 @@
 //! Settings of the text layout, and of the conversion from rows to recordings: sample rate, bursts of samples, pauses and
 //! tare.
 
-use egui::{ComboBox, DragValue, Ui};
+use egui::{DragValue, Ui};
 
 use crate::{
     formats::{
@@ -10,14 +10,19 @@ use crate::{
     },
     import::map::{ColumnMap, Stamps},
     recording::Tare,
-    ui::{choice::choice, controls::Controls as _},
+    ui::{choice::labelled_choice, controls::Controls as _},
 };
 
 pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
     ui.horizontal_wrapped(|ui| {
-        let button = ComboBox::from_label("delimiter").width(90.0);
-        choice(ui, button, &mut text.delimiter, Delimiter::ALL, |delimiter| (delimiter.name(), ""))
-            .on_hover_text("Character between the cells of a line in the file");
+        labelled_choice(
+            ui,
+            ("delimiter", 90.0),
+            &mut text.delimiter,
+            Delimiter::ALL,
+            |delimiter| (delimiter.name(), ""),
+        )
+        .on_hover_text("Character between the cells of a line in the file");
         let mut comma = text.decimal == Decimal::Comma;
         if ui.tick(
             &mut comma,
@@ -26,12 +31,12 @@ pub fn layout(ui: &mut Ui, text: &mut TextLayout) {
         ) {
             text.decimal = if comma { Decimal::Comma } else { Decimal::Point };
         }
-        let button = ComboBox::from_label("thousands").width(90.0);
         let all = [None].into_iter().chain(Thousands::ALL.map(Some));
         let described = |mark: Option<Thousands>| (mark.map_or("none", Thousands::name), "");
-        choice(ui, button, &mut text.thousands, all, described).on_hover_text(
-            "Character between groups of three digits, such as the comma in 1,234.5",
-        );
+        labelled_choice(ui, ("thousands", 90.0), &mut text.thousands, all, described)
+            .on_hover_text(
+                "Character between groups of three digits, such as the comma in 1,234.5",
+            );
         let lines = DragValue::new(&mut text.skip_rows).range(0..=100_000);
         ui.field(
             "skip lines",
@@ -77,12 +82,11 @@ pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
     ui.horizontal_wrapped(|ui| {
         let about = "Sample rate, needed if there is no time column or if the time column counts samples";
         optional(ui, ["sample rate", " Hz", about], 100.0, &mut map.table.sample_rate_hz);
-        let button = ComboBox::from_label("times").width(150.0);
         let described = |stamps| {
             let named = Stamps::ALL.into_iter().find(|(known, ..)| *known == stamps);
             named.map_or(("", ""), |(_, name, explanation)| (name, explanation))
         };
-        choice(ui, button, &mut map.table.stamps, Stamps::ALL.map(|(stamps, ..)| stamps), described)
+        labelled_choice(ui, ("times", 150.0), &mut map.table.stamps, Stamps::ALL.map(|(stamps, ..)| stamps), described)
             .on_hover_text("What is done with rows whose times are out of order or equal");
         let about = "Replaces each burst of gauge samples by its mean. Samples that are no further apart than this time belong to one burst";
         let bursts = ["average bursts within", " s", about];
@@ -99,10 +103,9 @@ fn tare(ui: &mut Ui, tare: &mut Option<Tare>) {
         Some(Tare::Auto) => ("first quiet half second without load", ""),
         Some(Tare::Interval(..)) => ("an interval of time", ""),
     };
-    let button = ComboBox::from_label("tare").width(150.0);
     let segment = tare.filter(|tare| *tare != Tare::Auto).unwrap_or(Tare::Interval(0.0, 1.0));
     let all = [None, Some(Tare::Auto), Some(segment)];
-    choice(ui, button, tare, all, described).on_hover_text(
+    labelled_choice(ui, ("tare", 150.0), tare, all, described).on_hover_text(
         "Subtracts the mean gauge values of an interval in which the sensor is unloaded",
     );
     if let Some(Tare::Interval(from, to)) = tare {
