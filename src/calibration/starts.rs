@@ -30,17 +30,16 @@ pub(crate) fn scatter_of_starts<'a>(
         let times = recording.times();
         let start_secs = times.first()? + start * calibration.history_step_secs;
         let full_secs = start_secs + calibration.features.window_secs();
-        let mut both = [(); 2].map(|()| Estimator::new(calibration, &design));
+        let mut whole_run = Estimator::new(calibration, &design).ok()?;
+        let mut later_run = Estimator::new(calibration, &design).ok()?;
         for (k, time) in times.iter().enumerate() {
             let auxiliary = recording.auxiliary().at(k);
             let auxiliary = if calibration.features.auxiliary.is_empty() { &[] } else { auxiliary };
-            let [whole, later] = &mut both;
-            let (whole, later) = (whole.as_mut().ok()?, later.as_mut().ok()?);
-            let whole = whole.update_with(*time, recording.gauges_at(k), auxiliary);
+            let whole = whole_run.update_with(*time, recording.gauges_at(k), auxiliary);
             if *time < start_secs {
                 continue;
             }
-            let later = later.update_with(*time, recording.gauges_at(k), auxiliary);
+            let later = later_run.update_with(*time, recording.gauges_at(k), auxiliary);
             if let (Ok((_, whole)), Ok((_, later))) = (whole, later)
                 && *time > full_secs
             {

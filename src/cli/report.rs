@@ -108,8 +108,8 @@ impl Work for ReportJob {
     }
 }
 
-/// Puts a stored calibration with its settings into the request. If it has the stored errors on these recordings, they are
-/// those of its fit, and its cross-validation holds for them too.
+/// Puts a stored calibration with its settings into the request. If the calibration has the same errors on these recordings as
+/// in its file, it was fitted to them. Then the cross-validated errors of its file are also shown.
 fn apply_stored(
     request: &mut Request,
     calibration: Calibration,

@@ -59,9 +59,8 @@ pub(super) fn all_parts(calibration: &Calibration) -> [Held; 4] {
 
 /// Returns the parts of a file of matrices, which cannot hold a network or kernel.
 pub(super) fn linear_parts(calibration: &Calibration) -> [Held; 4] {
-    let [compensation, others @ ..] = all_parts(calibration);
+    let [compensation, offset, names, test] = all_parts(calibration);
     let compensation = calibration.learned.as_ref().map_or(compensation, |_| Held::LeftOut);
-    let [offset, names, test] = others;
     [compensation, offset, names, test]
 }
 

@@ -91,17 +91,12 @@ impl Question {
             Self::ReferenceClock(_) => {
                 vec![("Yes".to_owned(), ColumnRole::TimeReference, None)]
             }
-            Self::LoadAxis(_) | Self::Load(_) => {
-                let unit = column.unit.as_deref().unwrap_or_default();
-                let axis =
-                    if moment_in_newton_metres(unit).is_some() { Axis::Mz } else { Axis::Fz };
-                let is_known = moment_in_newton_metres(unit).or(force_in_newtons(unit)).is_some();
-                if is_known {
+            Self::LoadAxis(_) | Self::Load(_) => match column.usual_load() {
+                (axis, Some(_)) => {
                     vec![(format!("Yes, as {}", axis.symbol()), ColumnRole::Load(axis), None)]
-                } else {
-                    with_units(ColumnRole::Load(axis), &["N", "kgf", "g"])
                 }
-            }
+                (axis, None) => with_units(ColumnRole::Load(axis), &["N", "kgf", "g"]),
+            },
             Self::LoadUnit(_) => match column.is {
                 ColumnRole::Load(axis) if !axis.is_force() => {
                     with_units(column.is, &["N·m", "N·mm", "lbf·in"])
@@ -120,13 +115,8 @@ impl Question {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let n_different = |number: &&usize| columns[**number - 1].n_different;
                 let Some(&load) = numbers.iter().min_by_key(n_different) else { return Vec::new() };
-                let unit = columns[load - 1].unit.as_deref().unwrap_or_default();
-                let (axis, unit) = if moment_in_newton_metres(unit).is_some() {
-                    (Axis::Mz, unit)
-                } else {
-                    (Axis::Fz, if force_in_newtons(unit).is_some() { unit } else { "N" })
-                };
-                vec![format!("{}={} {unit}", key(load), axis.symbol())]
+                let (axis, unit) = columns[load - 1].usual_load();
+                vec![format!("{}={} {}", key(load), axis.symbol(), unit.unwrap_or("N"))]
             }
             Self::LoadUnit(numbers) => {
                 let of = |number: &usize| {
@@ -179,6 +169,15 @@ pub(crate) fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option
 }
 
 impl ColumnReport {
+    /// Returns the axis that the column is if it is the only load, and its unit if that is one of a force or a moment.
+    fn usual_load(&self) -> (Axis, Option<&str>) {
+        let unit = self.unit.as_deref();
+        match unit.filter(|unit| moment_in_newton_metres(unit).is_some()) {
+            Some(unit) => (Axis::Mz, Some(unit)),
+            None => (Axis::Fz, unit.filter(|unit| force_in_newtons(unit).is_some())),
+        }
+    }
+
     /// Returns the name by which `--columns` calls this column, or its number if the name is not unique or cannot be typed.
     pub(crate) fn key(&self, columns: &[Self]) -> String {
         let name = &self.named.name;

@@ -69,11 +69,7 @@ fn axis_loop(ui: &mut Ui, analysis: &Analysis, at: usize, place: Rect, cx: &mut 
         egui::FontId::proportional(13.0),
         if is_shown { visuals.strong_text_color() } else { visuals.text_color() },
     );
-    let change = Errors::of(analysis, cx.scope.on).and_then(|errors| {
-        let (before, after) = (*errors.before.get(at)?, *errors.after.get(at)?);
-        (before > 0.0)
-            .then(|| format!("{:+.0} %", 100.0 * (after / before - 1.0)).replace('-', "−"))
-    });
+    let change = Errors::of(analysis, cx.scope.on).and_then(|errors| errors.change(at));
     if let Some(change) = change {
         let text = egui::Label::new(RichText::new(change).weak()).selectable(false);
         place_right(ui, name.with_max_x(name.right() - 4.0), |ui| ui.add(text))

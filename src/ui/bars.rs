@@ -1,9 +1,11 @@
 //! Bars of an error, divided into its causes.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Stroke, Visuals};
-use strum::IntoEnumIterator as _;
 
-use crate::scoring::budget::{Budget, Cause, Shares};
+use crate::{
+    questions::budget::Row,
+    scoring::budget::{Budget, Shares},
+};
 
 /// Opacity of a cause that is not the largest.
 const OTHERS: f32 = 0.42;
@@ -21,16 +23,12 @@ pub struct Part {
 
 /// Returns the parts of an error, in the same order for every bar.
 pub fn parts(shares: &Shares, budget: &Budget) -> Vec<Part> {
-    let causes = Cause::iter().map(|cause| {
-        let found = shares.shares.iter().find(|share| share.cause == cause);
-        (cause.name(budget.are_segments), found.map_or(0.0, |share| share.square), false)
-    });
-    let others = [("noise", shares.noise, false), ("unexplained", shares.unexplained, true)];
-    let all = causes.chain(others).filter(|(_, square, _)| *square > 0.0);
-    all.map(|(name, square, is_unexplained)| Part {
-        name,
+    let all = Row::all().filter(|row| *row != Row::Total);
+    let all = all.map(|row| (row, row.square(shares))).filter(|(_, square)| *square > 0.0);
+    all.map(|(row, square)| Part {
+        name: row.name(budget),
         share: square / shares.total,
-        is_unexplained,
+        is_unexplained: row == Row::Unexplained,
     })
     .collect()
 }

@@ -15,7 +15,7 @@ use crate::{
     },
     report::figure::STANDS_ALONE,
     ui::{
-        choice::{choice, labelled_choice},
+        choice::{labelled_choice, named_choice},
         command::{Out, Pane},
         controls::Controls as _,
         numbers::elided,
@@ -338,13 +338,8 @@ pub fn view_choice(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         let is_chosen = view == engine.project().view;
         (elided(name(view), if is_chosen { NAME_LENGTH } else { LIST_NAME_LENGTH }), "")
     };
-    let shown: String = described(view).0;
-    choice(ui, button, &mut view, views, described)
-        .on_hover_text("Recording in the traces. All shows the recordings one after the other")
-        .widget_info(|| egui::WidgetInfo {
-            current_text_value: Some(shown.clone()),
-            ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "Recording")
-        });
+    named_choice(ui, (button, "Recording"), &mut view, views, described)
+        .on_hover_text("Recording in the traces. All shows the recordings one after the other");
     if view != engine.project().view {
         out.send(Action::Show(view));
     }

@@ -38,11 +38,22 @@ pub fn labelled_choice<T: PartialEq + Copy, N: Into<String>>(
 ) -> Response {
     ui.label(label);
     let button = ComboBox::from_id_salt(label).width(width).truncate();
+    named_choice(ui, (button, label), chosen, values, described)
+}
+
+/// Draws the button with its list, and gives it a name for screen readers.
+pub fn named_choice<T: PartialEq + Copy, N: Into<String>>(
+    ui: &mut Ui,
+    (button, name): (ComboBox, &str),
+    chosen: &mut T,
+    values: impl IntoIterator<Item = T>,
+    described: impl Fn(T) -> (N, &'static str),
+) -> Response {
     let response = choice(ui, button, chosen, values, &described);
     let shown: String = described(*chosen).0.into();
     response.widget_info(|| WidgetInfo {
         current_text_value: Some(shown.clone()),
-        ..WidgetInfo::labeled(egui::Role::ComboBox, true, label)
+        ..WidgetInfo::labeled(egui::Role::ComboBox, true, name)
     });
     response
 }

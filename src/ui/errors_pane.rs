@@ -165,10 +165,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
         let texts = [
             pair.map(|(before, _)| significant(before, 4)),
             pair.map(|(_, after)| significant(after, 4)),
-            pair.filter(|(before, _)| *before > 0.0).map(|(before, after)| {
-                let change = 100.0 * (after / before - 1.0);
-                format!("{change:+.0} %").replace('-', "−")
-            }),
+            errors.as_ref().and_then(|errors| errors.change(at)),
             expected
                 .and_then(|expected| expected.axes.get(at)?.value)
                 .map(|value| significant(value, 3)),

@@ -51,6 +51,13 @@ impl<'a> Errors<'a> {
             Some(Self { on, before, after })
         })
     }
+
+    /// Returns the change of an axis' error by the compensation, such as "−52 %"; `None` without an error before.
+    pub fn change(&self, axis: usize) -> Option<String> {
+        let (before, after) = (*self.before.get(axis)?, *self.after.get(axis)?);
+        let percent = 100.0 * (after / before - 1.0);
+        (before > 0.0).then(|| format!("{percent:+.0} %").replace('-', "−"))
+    }
 }
 
 pub fn scale_of(analysis: &Analysis) -> MeasureScale {

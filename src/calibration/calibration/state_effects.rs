@@ -1,11 +1,13 @@
-//! Computes from when on what is not known of the feature blocks' states after a start is small beside the expected error.
+//! After a start, the states of the feature blocks are not known exactly. Computes when the error by this is small beside the
+//! expected error, so that the status becomes `ok`.
 
 use crate::{
     calibration::calibration::{Calibration, NEVER_REACHED},
     features::Block,
 };
 
-/// Largest error by unknown states for the status `ok`, as a share of the expected error, beyond what the expected error contains.
+/// Largest error by unknown states with the status `ok`, as a share of the expected error. The part that the expected error
+/// contains already does not count.
 const SHARE: f64 = 0.1;
 /// Ratio of the expected error, within which 95 % of the errors lie, to the root mean square. It stands for the expected error
 /// if that is not known.

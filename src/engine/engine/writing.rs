@@ -109,9 +109,10 @@ impl Engine {
     }
 
     fn ask_before_writing(&mut self, output: Output, doubt: Doubt) {
-        self.replaced_next.push((output, doubt));
         if self.replacing.is_none() {
-            self.replacing = self.replaced_next.pop();
+            self.replacing = Some((output, doubt));
+        } else {
+            self.replaced_next.push((output, doubt));
         }
     }
 

@@ -11,10 +11,7 @@ pub(super) const MATRIX: Target = Target {
     leaves_out: |_| "the compensation of hysteresis, the offset (take the unloaded gauges as bias), gauge names",
     caution,
     parts: |calibration| {
-        let [_, _, _, test] = all_parts(calibration);
-        let left_out = |part| if part == Held::Whole { Held::LeftOut } else { part };
-        let [compensation, offset, names, _] = all_parts(calibration).map(left_out);
-        [compensation, offset, names, test]
+        all_parts(calibration).map(|part| if part == Held::Whole { Held::LeftOut } else { part })
     },
     ..Target::PLAIN
 };

@@ -12,7 +12,7 @@ const MOST_LINES: usize = 10_000;
 pub(super) struct Messages(Vec<String>);
 
 impl Messages {
-    /// Returns the first message, if a line ends it: the lines before are the values of a message.
+    /// Returns the first message, if `end` is the line after a message and all lines before it are values.
     pub fn first<'a>(end: &str, lines: impl Iterator<Item = &'a str>) -> Option<String> {
         let is_value = |line: &&str| line.trim_start().starts_with("- ") || line.contains(':');
         if end.trim() != END {

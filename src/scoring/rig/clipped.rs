@@ -141,9 +141,10 @@ struct Peak {
 impl Trace {
     /// Returns the upper peaks of the load (`outward` = 1) or the lower ones (−1).
     fn peaks(&self, outward: f64) -> Vec<Peak> {
-        let stays: Vec<&[(f64, f64)]> = match self.is_static {
-            true => self.samples.chunks(1).collect(),
-            false => self.samples.chunk_by(|a, b| a.0 == b.0).collect(),
+        let stays: Vec<&[(f64, f64)]> = if self.is_static {
+            self.samples.chunks(1).collect()
+        } else {
+            self.samples.chunk_by(|a, b| a.0 == b.0).collect()
         };
         let load = |at: usize| stays.get(at).map(|own| outward * own[0].0);
         let is_peak = |at: &usize| {

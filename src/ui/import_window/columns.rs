@@ -16,7 +16,7 @@ use crate::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
-    ui::{choice::choice, controls::Controls as _, numbers::significant},
+    ui::{choice::named_choice, controls::Controls as _, numbers::significant},
 };
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
@@ -246,14 +246,9 @@ fn column_row(
     row.col(|ui| {
         let button = ComboBox::from_id_salt((id, number)).width(112.0).height(LIST_HEIGHT);
         let described = |role: ColumnRole| (role.label(), "");
-        let button = choice(ui, button, &mut rule.is, ColumnRole::all(), described);
-        (button.on_hover_text("Role of the column")).widget_info(|| {
-            let name = format!("Role of {column}");
-            WidgetInfo {
-                current_text_value: Some(rule.is.label()),
-                ..WidgetInfo::labeled(egui::Role::ComboBox, true, name)
-            }
-        });
+        let name = format!("Role of {column}");
+        named_choice(ui, (button, &name), &mut rule.is, ColumnRole::all(), described)
+            .on_hover_text("Role of the column");
     });
     let used = rule.is != ColumnRole::Ignore;
     let unit = report.unit.as_deref().unwrap_or("");
