@@ -129,8 +129,8 @@ pub enum Edit {
     Thresholds(Thresholds),
     /// Set the values of a feature block that cross-validation has chosen.
     Block(BlockSuggestion),
-    /// Set the training or test role of the recording with this index.
-    Role(usize, Role),
+    /// Set the training or test role of the recordings with these indices.
+    Roles(Vec<usize>, Role),
     /// Set the role of all recordings that have a reference load.
     AllRoles(Role),
     /// Set the group of each recording, in their order; `None` for the group that follows from its file or name.
@@ -139,8 +139,8 @@ pub enum Edit {
     GaugeRange(Option<GaugeRange>),
     /// Set the share by which a load may exceed the rated load before it counts as overload.
     OverloadTolerance(f64),
-    /// Close the recording with this index.
-    Remove(usize),
+    /// Close the recordings with these indices.
+    Remove(Vec<usize>),
     /// Begin an empty document with default settings. The column maps stay, because each belongs to a file.
     New,
     /// Replace the recordings by these, such as tared ones.
@@ -202,7 +202,10 @@ impl Project {
                 let blocks = &mut self.settings.features.blocks;
                 blocks.set(chosen.block, chosen.values);
             }
-            Edit::Role(at, role) => Arc::make_mut(&mut self.recordings).set_role(at, role),
+            Edit::Roles(which, role) => {
+                let set = Arc::make_mut(&mut self.recordings);
+                which.into_iter().for_each(|at| set.set_role(at, role));
+            }
             Edit::AllRoles(role) => {
                 let set = Arc::make_mut(&mut self.recordings);
                 for at in 0..set.entries().len() {
@@ -215,7 +218,10 @@ impl Project {
                     set.set_group(at, group);
                 }
             }
-            Edit::Remove(at) => self.remove(at),
+            Edit::Remove(mut which) => {
+                which.sort_unstable();
+                which.into_iter().rev().for_each(|at| self.remove(at));
+            }
             Edit::New => self.begin_anew(),
             Edit::Replace(recordings) => {
                 self.recordings = recordings;
@@ -586,7 +592,7 @@ mod tests {
         let mut project = with_files();
         assert_eq!(roles(&project), [Role::Train, Role::Train, Role::Test]);
         let before = Arc::clone(&project.recordings);
-        project.edit(Edit::Role(1, Role::Off)).unwrap();
+        project.edit(Edit::Roles(vec![1], Role::Off)).unwrap();
         let request = project.request(None);
         assert_eq!(request.recordings.entries()[1].role, Role::Off);
         assert_eq!(before.entries()[1].role, Role::Train, "the earlier document is unchanged");
@@ -599,7 +605,7 @@ mod tests {
         let mut project = Project::default();
         let files = vec![vec![of_file("a", &GAUGES, &[]), of_file("b", &GAUGES, &[])]];
         assert!(project.add(files).is_empty());
-        project.edit(Edit::Role(0, Role::Train)).unwrap();
+        project.edit(Edit::Roles(vec![0], Role::Train)).unwrap();
         assert_eq!(roles(&project), [Role::Off; 2]);
     }
 
@@ -607,12 +613,12 @@ mod tests {
     fn removing_keeps_the_same_recording_on_screen_or_the_last_one() {
         let mut project = with_files();
         project.view = View::One(2);
-        project.edit(Edit::Remove(0)).unwrap();
+        project.edit(Edit::Remove(vec![0])).unwrap();
         assert_eq!((project.view, names(&project)), (View::One(1), vec!["b", "test"]));
-        project.edit(Edit::Remove(1)).unwrap();
+        project.edit(Edit::Remove(vec![1])).unwrap();
         let request = project.request(None);
         assert_eq!((project.view, request.view), (View::One(0), View::One(0)));
-        project.edit(Edit::Remove(0)).unwrap();
+        project.edit(Edit::Remove(vec![0])).unwrap();
         assert_eq!((project.view, names(&project).len()), (View::One(0), 0));
     }
 
@@ -645,7 +651,7 @@ mod tests {
     fn recordings_added_to_a_split_are_split_too() {
         let mut project = with_files();
         project.edit(Edit::Split(0.25)).unwrap();
-        project.edit(Edit::Role(1, Role::Off)).unwrap();
+        project.edit(Edit::Roles(vec![1], Role::Off)).unwrap();
         let refused = project.add(vec![vec![of_file("later", &GAUGES, &FORCES)]]);
         assert_eq!(refused, Vec::<String>::new());
         let entries = project.recordings.entries();
@@ -661,7 +667,7 @@ mod tests {
     #[test]
     fn a_split_that_leaves_nothing_to_test_changes_nothing() {
         let mut project = with_files();
-        project.edit(Edit::Role(2, Role::Off)).unwrap();
+        project.edit(Edit::Roles(vec![2], Role::Off)).unwrap();
         project.edit(Edit::Split(0.5)).unwrap();
         let before = project.clone();
         let error = project.edit(Edit::Split(0.001)).unwrap_err();
@@ -702,7 +708,7 @@ mod tests {
         assert!(error.unwrap_err().to_string().contains("made for 2 gauges"));
         assert_eq!(project.factory, Some(own));
         while !project.recordings.entries().is_empty() {
-            project.edit(Edit::Remove(0)).unwrap();
+            project.edit(Edit::Remove(vec![0])).unwrap();
         }
         assert!(project.factory.is_some(), "the matrix stays until other recordings are opened");
         let refused = project.add(vec![vec![of_file("a", &["S1"], &FORCES)]]);

@@ -577,7 +577,7 @@ mod tests {
             ..MetrologySettings::default()
         };
         for edit in [
-            Edit::Role(1, Role::Off),
+            Edit::Roles(vec![1], Role::Off),
             Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
             Edit::Settings(settings),
             Edit::Measuring(measuring),

@@ -270,7 +270,7 @@ fn other_settings_ask_for_one_analysis_and_the_same_for_none() {
 fn the_analysis_of_before_stays_while_the_next_runs() {
     let mut engine = engine_with_files();
     let first = analysed(&mut engine);
-    for asked in [with_f_th(&engine, 1.5), Edit::Role(1, Role::Test)] {
+    for asked in [with_f_th(&engine, 1.5), Edit::Roles(vec![1], Role::Test)] {
         edit(&mut engine, asked);
         assert!(Arc::ptr_eq(engine.analysis().unwrap(), &first));
         assert!(!engine.is_current());
@@ -282,13 +282,13 @@ fn the_analysis_of_before_stays_while_the_next_runs() {
 fn results_move_up_with_their_recordings_when_one_is_removed() {
     let mut engine = engine_with_files();
     let all = analysed(&mut engine).recordings.clone();
-    edit(&mut engine, Edit::Remove(0));
+    edit(&mut engine, Edit::Remove(vec![0]));
     let results = |engine: &Engine| -> Vec<_> {
         (0..3).map_while(|at| engine.result_of(at).cloned()).collect()
     };
     assert_eq!(results(&engine), all[1..]);
-    edit(&mut engine, Edit::Remove(0));
-    edit(&mut engine, Edit::Remove(0));
+    edit(&mut engine, Edit::Remove(vec![0]));
+    edit(&mut engine, Edit::Remove(vec![0]));
     assert!(engine.analysis().is_none());
     settle(&mut engine);
     assert!(engine.analysis().is_none());
@@ -575,7 +575,7 @@ fn recordings_of_other_gauges_begin_with_default_settings_and_those_of_the_same_
         let mut engine = engine_with_files();
         enter_all(&mut engine, &folder.path().join("s.json"));
         while !engine.entries().is_empty() {
-            edit(&mut engine, Edit::Remove(0));
+            edit(&mut engine, Edit::Remove(vec![0]));
         }
         let before = engine.project().settings.clone();
         if is_other {
@@ -710,11 +710,11 @@ fn a_threshold_study_of_other_recordings_goes() {
     settle(&mut engine);
     assert!(has_map(&engine) && engine.lane::<StudyThresholds>().is_current());
 
-    edit(&mut engine, Edit::Role(1, Role::Off));
+    edit(&mut engine, Edit::Roles(vec![1], Role::Off));
     ask_study(&mut engine);
     assert!(engine.lane::<StudyThresholds>().answer().is_none());
     // The running work now belongs to other recordings.
-    edit(&mut engine, Edit::Role(1, Role::Train));
+    edit(&mut engine, Edit::Roles(vec![1], Role::Train));
     ask_study(&mut engine);
     settle(&mut engine);
     let answered = engine.lane::<StudyThresholds>().answered().unwrap();
@@ -805,7 +805,7 @@ fn an_applied_calibration_is_exported_unchanged() {
     let calibration = Arc::clone(&analysed(&mut engine).calibration);
     open_calibration(&mut engine, &calibration);
     analysed(&mut engine);
-    edit(&mut engine, Edit::Role(0, Role::Test));
+    edit(&mut engine, Edit::Roles(vec![0], Role::Test));
     let rescored = analysed(&mut engine);
     assert_ne!(rescored.calibration.quality, calibration.quality);
     engine.act(Action::Export(vec![path.clone()], Existing::Ask));
@@ -1017,7 +1017,7 @@ fn requests_that_create_recordings_run_one_after_another() {
     engine.act(Action::Open(vec![path]));
     engine.act(Action::Tare(vec![1], tare));
     engine.act(Action::Tare(vec![2], tare));
-    engine.act(Action::Edit(Edit::Remove(0)));
+    engine.act(Action::Edit(Edit::Remove(vec![0])));
     assert_eq!(engine.running().len(), 1);
     settle(&mut engine);
     let entries = engine.project().recordings.entries().iter();
@@ -1159,7 +1159,7 @@ fn a_training_is_shown_only_for_its_recordings_and_settings() {
     assert!(analysed(&mut engine).calibration.learned.is_none());
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(engine.fitting().unwrap(), &trained));
-    edit(&mut engine, Edit::Role(0, Role::Off));
+    edit(&mut engine, Edit::Roles(vec![0], Role::Off));
     assert!(engine.fitting().is_none());
     engine.act(Action::Undo);
     assert_eq!(analysed(&mut engine).calibration.learned, trained.learned);
@@ -1261,7 +1261,7 @@ fn a_search_lists_its_models_and_using_one_is_one_step_of_undo() {
     engine.act(Action::Redo);
     assert_eq!(engine.project().settings.features, own.features);
 
-    edit(&mut engine, Edit::Role(0, Role::Off));
+    edit(&mut engine, Edit::Roles(vec![0], Role::Off));
     assert!(engine.models.rows.iter().all(|row| row.is_stale(engine.project())));
     engine.act(Action::Undo);
     assert!(engine.models.rows.iter().all(|row| !row.is_stale(engine.project())));
@@ -1335,7 +1335,7 @@ fn a_kept_model_can_be_used_again_with_its_training() {
     settle(&mut engine);
     assert_eq!(engine.fitting().unwrap().learned, trained.learned);
     assert!(engine.can_keep());
-    edit(&mut engine, Edit::Role(0, Role::Off));
+    edit(&mut engine, Edit::Roles(vec![0], Role::Off));
     assert!(engine.fitting().is_none(), "the training is of other recordings");
 }
 
@@ -1388,7 +1388,7 @@ fn the_title_has_a_star_while_there_are_unsaved_changes() {
     assert_eq!(engine.title(), "s – LoopScope");
     engine.act(Action::Close);
     assert!(std::mem::take(&mut engine.closes));
-    edit(&mut engine, Edit::Role(0, Role::Test));
+    edit(&mut engine, Edit::Roles(vec![0], Role::Test));
     assert_eq!(engine.title(), "s * – LoopScope");
     engine.act(Action::Close);
     assert!(!engine.closes);
@@ -1604,7 +1604,7 @@ fn a_session_whose_folder_moved_comes_back_whole_by_naming_it() {
     settings.full_scale = vec![Some(7.0)];
     for own in [
         Edit::Settings(settings),
-        Edit::Role(1, Role::Test),
+        Edit::Roles(vec![1], Role::Test),
         Edit::Groups(vec![None, Some("mounted anew".to_owned())]),
     ] {
         edit(&mut engine, own);
@@ -1807,7 +1807,7 @@ fn a_saved_session_opens_unchanged() {
     let first = &engine.project().recordings.entries()[0].recording;
     assert!(first.left_out().is_some_and(|own| own.n_samples > 0));
     let other = with_f_th(&engine, 0.125);
-    for own in [Edit::Role(0, Role::Off), other, Edit::Notes("oiled".to_owned())] {
+    for own in [Edit::Roles(vec![0], Role::Off), other, Edit::Notes("oiled".to_owned())] {
         edit(&mut engine, own);
     }
     engine.act(Action::Show(View::All));

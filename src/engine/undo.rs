@@ -196,7 +196,7 @@ mod tests {
         let first = f_th(&project);
         let own = with_f_th(&project, 1.5);
         edit(&mut project, &mut history, own, None);
-        edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
+        edit(&mut project, &mut history, Edit::Roles(vec![0], Role::Off), None);
         let own = with_f_th(&project, 2.5);
         edit(&mut project, &mut history, own, Some(1));
         open(&mut project, &mut history, "b", "S1");
@@ -223,13 +223,13 @@ mod tests {
     fn undo_restores_roles_splits_and_closed_recordings() {
         let (mut project, mut history) = (with_files(), History::default());
         let before = project.clone();
-        edit(&mut project, &mut history, Edit::Role(0, Role::Off), None);
+        edit(&mut project, &mut history, Edit::Roles(vec![0], Role::Off), None);
         let mut settings = project.settings.clone();
         settings.offset = false;
         edit(&mut project, &mut history, Edit::Settings(settings), None);
         let off = project.clone();
         assert!(before != off);
-        edit(&mut project, &mut history, Edit::Remove(0), None);
+        edit(&mut project, &mut history, Edit::Remove(vec![0]), None);
         edit(&mut project, &mut history, Edit::Split(0.5), None);
         undo(&mut project, &mut history);
         undo(&mut project, &mut history);
@@ -265,10 +265,10 @@ mod tests {
             Edit::Thresholds(Thresholds { f_th: 0.125, t_th_secs: 9.0 }),
             Edit::Block(block(&Play, &[0.5])),
             Edit::Block(block(&Creep, &[0.5])),
-            Edit::Role(0, Role::Test),
+            Edit::Roles(vec![0], Role::Test),
             Edit::AllRoles(Role::Train),
             Edit::Groups(vec![Some("monday".to_owned())]),
-            Edit::Remove(1),
+            Edit::Remove(vec![1]),
             Edit::New,
             Edit::Replace(with_others()),
             Edit::Split(0.25),
@@ -297,7 +297,7 @@ mod tests {
             Edit::Settings(_) => 0,
             Edit::Thresholds(_) => 1,
             Edit::Block(_) => 2,
-            Edit::Role(..) => 3,
+            Edit::Roles(..) => 3,
             Edit::AllRoles(_) => 4,
             Edit::Remove(_) => 5,
             Edit::New => 6,

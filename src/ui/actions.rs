@@ -576,8 +576,10 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
     if !context.input(|input| input.events.iter().any(is_press)) {
         return;
     }
-    // The import page takes letters as roles of the selected columns.
-    let typing = context.text_edit_focused() || engine.importing.is_some();
+    // The import page and the list of recordings take letters as roles of the selected rows.
+    let typing = context.text_edit_focused()
+        || engine.importing.is_some()
+        || recordings_panel::has_focus(context);
     // The space bar is left to the button that has the focus, which it presses.
     let focused = context.memory(|memory| memory.focused());
     let focused = focused.and_then(|id| context.read_response(id));

@@ -19,6 +19,7 @@ mod dialogs;
 mod dock;
 mod errors_pane;
 mod export_pane;
+mod gauge_limits;
 mod hand;
 mod help;
 mod import_window;

@@ -1,39 +1,30 @@
-//! Pane of the recordings, with the role, group, length and errors of each recording.
+//! Pane of the recordings, by group, with the role and errors of each recording.
 
-mod faults;
+mod list;
 mod row;
 
-use egui::{Color32, Ui};
+use egui::{Rect, Ui};
 
-use egui_extras::{Column, TableBuilder, TableRow};
-
-use faults::faults_row;
-use row::{group_button, group_of, name_button, rmse_label, role_menu};
+use row::group_of;
 
 use crate::{
-    engine::{Action, Edit, Engine, ImportCommand, Project},
-    min_max::MinMax,
-    questions::{self, RecordingResult, check::query::FindFaults},
-    recording::{Axis, Channel, Entry, GaugeRange, GroupPattern, Role, Source, Tare, ValidRange},
+    engine::{Action, Edit, Engine, ImportCommand},
+    questions::check::query::FindFaults,
     report::{self, Cell, Table},
-    scoring::metrics::Group,
     shown::{and_more, printable},
     ui::{
-        channels_pane,
         command::{Command, Out, Pane},
-        context_menu::context_menu,
         controls::Controls as _,
-        numbers::{elided, significant},
         palette::Trace,
         pane::{Cx, PaneView},
     },
 };
 
+pub use list::has_focus;
+
 const OPEN_WIDTH: f32 = 224.0;
-/// Width of the list (points) below which groups, numbers of samples and rates are omitted.
-const MIN_WIDTH_FOR_COUNTS: f32 = 460.0;
-/// Width of the list (points) below which the errors are omitted too.
-const MIN_WIDTH_FOR_ERRORS: f32 = 210.0;
+/// Height of the part below the list (points).
+const FOOT_HEIGHT: f32 = 60.0;
 
 /// Explanation of the simulated sensor.
 pub const SIMULATED: &str = "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg";
@@ -41,7 +32,7 @@ pub const SIMULATED: &str = "The recordings come from the built-in simulated sen
 pub const PANE: Pane = Pane {
     key: "recordings",
     title: "Recordings",
-    explanation: "The open recordings with their roles, groups, lengths and errors",
+    explanation: "The open recordings by group, with their roles and errors",
 };
 
 #[derive(Debug)]
@@ -51,6 +42,7 @@ pub struct View {
     split_percent: f64,
     /// Recording whose group is being edited.
     group: Typed,
+    list: list::List,
 }
 
 /// Index of a recording, and the text that the user types into a field about the recording.
@@ -58,7 +50,8 @@ type Typed = Option<(usize, String)>;
 
 impl Default for View {
     fn default() -> Self {
-        Self { open: String::new(), split_percent: 60.0, group: None }
+        let list = list::List::default();
+        Self { open: String::new(), split_percent: 60.0, group: None, list }
     }
 }
 
@@ -71,13 +64,6 @@ impl PaneView for View {
 
 fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     path_field(ui, fields, out);
-    split_row(ui, engine, fields, out);
-    if !engine.entries().is_empty() {
-        faults_row(ui, engine, out);
-    }
-    if engine.project().recordings.is_simulated() {
-        ui.warn("simulated").on_hover_text(SIMULATED);
-    }
     if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {
             ui.warn(format!("Applying {}", applied.path.display()));
@@ -89,14 +75,21 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
             }
         });
     }
-    ui.separator();
     if engine.entries().is_empty() {
         ui.weak(
             "Open files, drop them on the window, or choose File > Built-in sensor (simulated).",
         );
         return;
     }
-    table(ui, engine, fields, out);
+    let rest = ui.available_rect_before_wrap();
+    let foot = rest.bottom() - FOOT_HEIGHT;
+    let part = |rect: Rect| egui::UiBuilder::new().max_rect(rect);
+    ui.scope_builder(part(rest.with_max_y(foot)), |ui| list::list(ui, engine, fields, out));
+    ui.scope_builder(part(rest.with_min_y(foot)), |ui| {
+        ui.separator();
+        split_row(ui, engine, fields, out);
+        faults_row(ui, engine, out);
+    });
 }
 
 fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
@@ -124,85 +117,60 @@ fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
 }
 
 fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal(|ui| {
         let field = egui::DragValue::new(&mut fields.split_percent)
             .range(1.0..=99.0)
             .max_decimals(1)
             .suffix(" %");
-        ui.field("Train/test split: train on the first", field, "Share of each recording's time that is used for training");
+        ui.field("Train on the first", field, "Share of each recording's time that is used for training");
+        ui.label("of each");
         if ui.press(
             "Split",
             "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory, such as the look-back, know nothing of the loads before the split",
         ) {
             out.send(Edit::Split(fields.split_percent / 100.0));
         }
-        ui.copies("list", || as_table(engine).tab_separated());
         if engine.project().split.is_some()
             && ui.press("Undo split", "Joins the training and the test segment of each recording again") {
                 out.send(Edit::Unsplit);
             }
+        ui.copies("list", || as_table(engine).tab_separated());
     });
 }
 
-fn table(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
-    let axes = engine.project().axes();
-    let group = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
-    let unit = axes.first().map_or("", |axis| axis.unit());
-    // In a narrow list, the name gets the width of the omitted columns. The hover text of the name gives the number of
-    // samples.
-    let counted = ui.available_width() > MIN_WIDTH_FOR_COUNTS;
-    let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
-    if !counted {
-        ui.spacing_mut().item_spacing.x = 4.0;
-    }
-    let counts = [Column::exact(54.0).clip(true), Column::exact(50.0), Column::exact(34.0)];
-    let mut builder = TableBuilder::new(ui)
-        .striped(true)
-        .auto_shrink([false, false])
-        .cell_layout(egui::Layout::left_to_right(egui::Align::Center))
-        .column(Column::exact(46.0))
-        .column(Column::remainder().at_least(16.0).clip(true));
-    for count in counts.into_iter().filter(|_| counted) {
-        builder = builder.column(count);
-    }
-    builder
-        .columns(Column::exact(54.0), if has_errors { 2 } else { 0 })
-        .column(Column::exact(18.0))
-        .header(18.0, |row| header(row, (counted, has_errors), unit))
-        .body(|body| {
-            body.rows(20.0, engine.entries().len(), |mut row| {
-                let at = row.index();
-                let entry = &engine.entries()[at];
-                row.set_selected(engine.project().view == questions::View::One(at));
-                row.col(|ui| role_menu(ui, at, entry, out));
-                row.col(|ui| name_button(ui, engine, at, fields, out));
-                let result = engine.result_of(at);
-                if counted {
-                    row.col(|ui| group_button(ui, engine, at, &mut fields.group, out));
-                    row.col(|ui| {
-                        let samples = result.map_or(entry.recording.n_samples(), |r| r.n_samples);
-                        ui.label(samples.to_string());
-                    });
-                    row.col(|ui| {
-                        let step = engine.project().settings.decimation.max(1) as f64;
-                        let rate =
-                            entry.recording.rate_hz().map(|rate| significant(rate / step, 3));
-                        ui.label(rate.unwrap_or_else(|| "–".to_owned()));
-                    });
+/// Draws the number of samples that look faulty, and the button that leaves them out.
+fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    let project = engine.project();
+    let entries = project.recordings.entries();
+    let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
+    let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
+    let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
+    ui.horizontal(|ui| {
+        if project.recordings.is_simulated() {
+            ui.warn("simulated").on_hover_text(SIMULATED);
+        }
+        if !faults.is_empty() {
+            let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
+            let label = ui.warn(format!("{n_faulty} of {n} samples look faulty"));
+            label.on_hover_ui(|ui| {
+                for (at, faults) in faults.iter().take(12) {
+                    let recording = &entries[*at].recording;
+                    let words = faults.words.join(", ");
+                    ui.label(format!("{}: {words}", printable(recording.name())));
                 }
-                let rmse =
-                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                for at in (0..2).filter(|_| has_errors) {
-                    let rmse = rmse.and_then(|rmse| rmse[at].as_deref());
-                    row.col(|ui| rmse_label(ui, group, axes, rmse, result));
+                if let Some(more) = and_more(faults.len(), 12) {
+                    ui.label(format!("{more} recordings"));
                 }
-                row.col(|ui| {
-                    if ui.press_small("×", "Closes this recording") {
-                        out.send(Edit::Remove(at));
-                    }
-                });
             });
-        });
+        }
+        if (n_faulty > 0 || project.gauge_range.is_some())
+            && ui.press(
+                "Leave out faulty samples",
+                "Removes the faulty samples from the recordings. Features with memory, such as the look-back, start anew after a removed interval that is longer than the limit for a pause in a recording. Afterwards, exported code reports clipped gauges. Undo restores the samples",
+            ) {
+                out.send(Action::LeaveOutFaulty);
+            }
+    });
 }
 
 fn as_table(engine: &Engine) -> Table {
@@ -233,67 +201,4 @@ fn as_table(engine: &Engine) -> Table {
             },
         )
         .table("", "")
-}
-
-fn header(mut header: TableRow<'_, '_>, (counted, has_errors): (bool, bool), unit: &str) {
-    let rmse = format!(
-        "RMSE of the forces, or of the moments if the recordings have no force axis [{unit}]"
-    );
-    let titles = [
-        ("Role", "Role of the recording: train, test or off; press to change the role"),
-        (
-            "Name",
-            "Press to show the recording. A right click or Shift+F10 opens a menu to tare the recording and to set its group",
-        ),
-        (
-            "Group",
-            "Recordings of one group have the same load programme, day or mounting. Cross-validation leaves out a whole group at a time; press to change the group",
-        ),
-        ("Samples", "Number of samples after decimation"),
-        ("Hz", "Sample rate: 1 divided by the median time step"),
-    ];
-    let n = if counted { 5 } else { 2 };
-    for (title, explanation) in titles.into_iter().take(n) {
-        header.col(|ui| {
-            ui.strong(title).on_hover_text(explanation);
-        });
-    }
-    let errors = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
-    for (trace, head) in errors.into_iter().filter(|_| has_errors) {
-        header.col(|ui| {
-            ui.colored_label(trace.color(ui.visuals()), head)
-                .on_hover_text(format!("{}: {rmse}", trace.explanation()));
-        });
-    }
-    header.col(|_| {});
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-    use std::time::Duration;
-
-    use egui_kittest::Harness;
-    use egui_kittest::kittest::Queryable as _;
-
-    use super::*;
-
-    /// The list is 227 points wide in a window of 1280 points with a text size of 150 %.
-    #[test]
-    fn a_narrow_list_keeps_the_button_that_closes_a_recording() {
-        let mut engine = Engine::new(Arc::new(|| {}));
-        engine.act(Action::OpenBuiltIn(None));
-        while engine.entries().is_empty() {
-            engine.take();
-            std::thread::sleep(Duration::from_millis(1));
-        }
-        for width in [140.0, 227.0] {
-            let (mut fields, mut out) = (View::default(), Out::default());
-            let list = |ui: &mut Ui| table(ui, &engine, &mut fields, &mut out);
-            let window = Harness::builder().with_size([width, 400.0]).build_ui(list);
-            let buttons = window.query_all_by_role_and_label(egui::accesskit::Role::Button, "×");
-            let ends: Vec<f32> = buttons.map(|button| button.rect().right()).collect();
-            assert!(ends.len() > 5 && ends.iter().all(|end| *end <= width), "{width}: {ends:?}");
-        }
-    }
 }

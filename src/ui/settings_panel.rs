@@ -15,6 +15,7 @@ use crate::{
         blocks_panel::{self, LOOK_BACK, distance, look_back_id},
         command::{Out, Pane},
         controls::Controls as _,
+        gauge_limits::gauge_limits,
         numbers::significant,
         pane::{Cx, PaneView},
         regressor_panel,
@@ -80,6 +81,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         });
     });
     decimation(ui, &mut settings);
+    gauge_limits(ui, engine, out);
     ui.add_enabled_ui(is_fitted, |ui| full_scales(ui, engine, &mut settings));
     if settings != engine.project().settings {
         out.send(Edit::Settings(settings));

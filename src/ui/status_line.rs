@@ -71,6 +71,10 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 n_of(Role::Train),
                 n_of(Role::Test),
             );
+            match n_of(Role::Off) {
+                0 => {}
+                n => words += &format!(", {n} off"),
+            }
             if let Some(how) = &quality.cross_validation {
                 words += &format!(" · CV {how}");
             }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use egui::{Align, Button, ComboBox, Layout, Rect, RichText, Sense, Ui, UiBuilder, Vec2};
 
 use crate::{
-    calibration::FitSettings,
+    calibration::{FitSettings, Regressor},
     engine::{Action as Do, Edit, Engine, SEARCH_MINUTES},
-    features::{BLOCKS, Block},
+    features::{BLOCKS, Block, FeatureSettings},
     questions::{
         Analysis, Candidates,
         budget::{Action, ErrorBudget, Remedy},
@@ -45,6 +45,11 @@ const GAP: f32 = 12.0;
 const BARS: [(f32, f32); 3] = [(1500.0, 520.0), (1200.0, 320.0), (0.0, 180.0)];
 /// Opacity of figures that belong to earlier settings.
 pub const OLD: f32 = 0.6;
+
+/// Ratio of the compensated to the uncompensated error above which a compensation brings nothing, and above which it does harm.
+const BRINGS_NOTHING: f64 = 0.98;
+const MAKES_WORSE: f64 = 1.05;
+const SWITCH_OFF: &str = "Switches all features and the nonlinear model off, because they do not lower the error of the held-out samples";
 
 /// Ratios of the compensated to the uncompensated error, and words for the part that is left.
 const LEFT: [(f64, &str); 5] = [
@@ -106,11 +111,28 @@ pub fn strip(ui: &mut Ui, cx: &mut Cx<'_>) {
         );
         sentences(ui, &compared, analysis, budget, sentence);
     });
-    if let Some((found, budget)) =
-        found.and_then(|found| Some((found, found.budget.as_ref().ok()?)))
-        && let Some(remedy) = first_remedy(found, cx.engine)
-    {
-        place(ui, remedy_place, |ui| remedy_button(ui, cx.engine, remedy, budget, measure, cx.out));
+    let known = found.and_then(|found| {
+        let budget = found.budget.as_ref().ok()?;
+        let remedy = first_remedy(found, cx.engine)?;
+        Some((remedy, budget))
+    });
+    let offered = match known {
+        Some((remedy, budget)) if !is_worse(cx.engine) => {
+            let error = percent_left(remedy, budget, measure);
+            let error = error.map(|error| format!(" → {} % FS", significant(error, 2)));
+            let text = format!("{}{}", short(remedy, cx.engine), error.unwrap_or_default());
+            Some((text, format!("Remedy for {}", remedy.text(&remedy.action.words(), budget))))
+        }
+        _ => switched_off(cx.engine).map(|_| ("Switch it off".to_owned(), SWITCH_OFF.to_owned())),
+    };
+    if let Some((text, about)) = offered {
+        let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
+        let button = button.fill(ui.visuals().selection.bg_fill).truncate();
+        let press = |ui: &mut Ui| ui.add_sized([REMEDY_WIDTH, 28.0], button);
+        let pressed = place(ui, remedy_place, press).on_hover_text(format!("{about} (R)"));
+        if pressed.clicked() {
+            cx.out.0.extend(remedy(cx.engine));
+        }
     }
 }
 
@@ -313,7 +335,35 @@ fn result([before, after]: [f64; 2], unit: &str) -> String {
 
 /// Returns what a press on the remedy of the strip does; `None` without a remedy.
 pub fn remedy(engine: &Engine) -> Option<Command> {
-    command(first_remedy(engine.lane::<CheckData>().answer()?, engine)?, engine)
+    let found = engine.lane::<CheckData>().answer();
+    let remedy = found.and_then(|found| first_remedy(found, engine)).filter(|_| !is_worse(engine));
+    remedy.and_then(|remedy| command(remedy, engine)).or_else(|| switched_off(engine))
+}
+
+/// Returns the error of the compensated load divided by that of the uncompensated load: the root mean square over all axes,
+/// each in % of full scale, on samples that the fit has not seen.
+fn left_over(engine: &Engine) -> Option<f64> {
+    let analysis = engine.analysis().filter(|analysis| analysis.fitted)?;
+    let errors = Errors::of(analysis, ScoreSet::LeftOut)?;
+    let sum = |rmse: &[f64]| -> f64 {
+        let axes = rmse.iter().zip(&analysis.calibration.full_scale);
+        axes.filter(|(_, full)| **full > 0.0).map(|(rmse, full)| (rmse / full).powi(2)).sum()
+    };
+    let ratio = (sum(errors.after) / sum(errors.before)).sqrt();
+    (errors.on != ScoreSet::Train && ratio.is_finite()).then_some(ratio)
+}
+
+fn is_worse(engine: &Engine) -> bool {
+    left_over(engine).is_some_and(|left| left > MAKES_WORSE)
+}
+
+/// Returns the edit that switches a compensation off that does not lower the error; `None` if it does.
+fn switched_off(engine: &Engine) -> Option<Command> {
+    let settings = &engine.project().settings;
+    let features = FeatureSettings { distance: settings.features.distance, ..FeatureSettings::present() };
+    let off = FitSettings { features, regressor: Regressor::Linear, ..settings.clone() };
+    let changes = off != *settings && left_over(engine)? > BRINGS_NOTHING;
+    changes.then(|| Edit::Settings(off).into())
 }
 
 /// Returns the remedy of the largest cause that can be pressed.
@@ -333,7 +383,7 @@ pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
         Action::Tare => Do::Tare((0..engine.entries().len()).collect(), Tare::Auto).into(),
         Action::LeaveOut(name) => {
             let at = engine.entries().iter().position(|entry| entry.recording.name() == name)?;
-            Edit::Role(at, Role::Off).into()
+            Edit::Roles(vec![at], Role::Off).into()
         }
         Action::TryModels => {
             let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
@@ -366,26 +416,6 @@ pub fn short(remedy: &Remedy, engine: &Engine) -> String {
         Action::TryModels => "Try all models".to_owned(),
         Action::RecordTemperature => "Record a temperature".to_owned(),
         Action::Mean(n) => format!("Mean over {n} samples"),
-    }
-}
-
-fn remedy_button(
-    ui: &mut Ui,
-    engine: &Engine,
-    remedy: &Remedy,
-    budget: &ErrorBudget,
-    measure: Measure,
-    out: &mut Out,
-) {
-    let error = percent_left(remedy, budget, measure);
-    let error = error.map(|error| format!(" → {} % FS", significant(error, 2)));
-    let text = format!("{}{}", short(remedy, engine), error.unwrap_or_default());
-    let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
-    let button = button.fill(ui.visuals().selection.bg_fill).truncate();
-    let about = format!("Remedy for {} (R)", remedy.text(&remedy.action.words(), budget));
-    let pressed = ui.add_sized([REMEDY_WIDTH, 28.0], button).on_hover_text(about).clicked();
-    if pressed && let Some(command) = command(remedy, engine) {
-        out.send(command);
     }
 }
 

@@ -13,7 +13,7 @@ fn saved(files: &Files) -> PathBuf {
     choices.export.replace(Some(path.clone()));
     let mut window = window_with(files.three(), choices);
     slide(&mut window, "F_th", 1.25);
-    send(&mut window, Edit::Role(1, recording::Role::Off));
+    send(&mut window, Edit::Roles(vec![1], recording::Role::Off));
     assert!(state(&window).is_unsaved());
     menu(&mut window, "File", "Save session as…");
     message(&mut window, Level::Info, "work.json");

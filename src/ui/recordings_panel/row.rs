@@ -1,24 +1,28 @@
-//! Draws the cells of one recording: role, name with its menu, group and errors.
+//! The cells of one recording: role, name with its menu, and errors.
 
-use egui::Ui;
+use egui::{Response, Ui};
 
-use super::*;
+use super::Typed;
+use crate::{
+    engine::{Action, Edit, Engine},
+    questions::{self, RecordingResult},
+    recording::{Axis, Channel, Entry, GroupPattern, Role, Source, Tare},
+    scoring::metrics::Group,
+    shown::printable,
+    ui::{
+        channels_pane,
+        command::{Command, Out},
+        context_menu::context_menu,
+        controls::Controls as _,
+        numbers::{elided, significant},
+    },
+};
 
 /// Returns the group of a recording that the user set, or else the detected group.
 pub fn group_of(engine: &Engine, at: usize) -> Option<&str> {
     let entry = engine.entries().get(at)?;
     let found = || engine.result_of(at)?.group.as_deref();
     entry.group.as_deref().or_else(found)
-}
-
-pub fn group_button(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
-    let group = group_of(engine, at);
-    let button = egui::Button::new(group.unwrap_or("–")).truncate();
-    let response = ui.menu_of_fields(button, |ui| group_menu(ui, engine, at, typed, out));
-    response.on_hover_text(match group {
-        Some(group) => format!("{group}: cross-validation leaves out all recordings of this group together. Press to change the group"),
-        None => "No group: cross-validation leaves out this recording alone. Press to set a group".to_owned(),
-    });
 }
 
 fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
@@ -70,33 +74,35 @@ fn text_of(typed: &mut Typed, at: usize, first: impl FnOnce() -> String) -> &mut
     &mut typed.get_or_insert_default().1
 }
 
-pub fn role_menu(ui: &mut Ui, at: usize, entry: &Entry, out: &mut Out) {
+/// Draws the role of these recordings, and the menu that changes the role of all of them.
+pub fn role_menu(ui: &mut Ui, at: &[usize], entries: &[&Entry], out: &mut Out) {
     let roles = [
         ("Train", Role::Train, "Used by the fit"),
         ("Test", Role::Test, "Used only to score the fit"),
         ("Off", Role::Off, "Used neither by the fit nor for scores"),
     ];
-    let label = roles.iter().find(|(_, role, _)| *role == entry.role).map_or("", |role| role.0);
-    if let Some(missing) = entry.recording.missing() {
+    if let Some(missing) = entries.iter().find_map(|entry| entry.recording.missing()) {
         ui.weak("–").on_hover_text(format!(
             "Neither fitted nor scored: {missing} The roles of the channels are in the pane Channels"
         ));
         return;
     }
+    let has = |role: Role| entries.iter().all(|entry| entry.role == role);
+    let label = roles.iter().find(|(_, role, _)| has(*role)).map_or("Mixed", |role| role.0);
     ui.menu_button(label, |ui| {
         for (label, role, explanation) in roles {
-            let radio = ui.radio(entry.role == role, label);
-            if radio.on_hover_text(explanation).clicked() {
-                out.send(Edit::Role(at, role));
+            if ui.radio(has(role), label).on_hover_text(explanation).clicked() {
+                out.send(Edit::Roles(at.to_vec(), role));
                 ui.close();
             }
         }
     })
     .response
-    .on_hover_text("Role of this recording: train, test or off");
+    .on_hover_text("Role: train, test or off");
 }
 
-pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, out: &mut Out) {
+/// Draws the name of a recording, which describes the recording under the pointer.
+pub fn shown_name(ui: &mut Ui, engine: &Engine, at: usize) -> Response {
     let recording = &engine.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
     let name = shortened(ui, recording.name(), room);
@@ -106,7 +112,7 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
     response.widget_info(|| {
         egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, recording.name())
     });
-    let response = response.on_hover_ui(|ui| {
+    response.on_hover_ui(|ui| {
         ui.strong(recording.name());
         let source = match recording.source() {
             Source::File(path) => path.display().to_string(),
@@ -139,11 +145,13 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
         for channel in recording.auxiliary().in_words() {
             ui.label(format!("auxiliary channel: {channel}"));
         }
-    });
-    if response.clicked() {
-        out.send(Action::Show(questions::View::One(at)));
-    }
-    context_menu(&response, |ui| {
+    })
+}
+
+/// Opens the menu of a recording by the right mouse button or Shift+F10.
+pub fn name_menu(response: &Response, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
+    let recording = &engine.entries()[at].recording;
+    context_menu(response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
         ui.menu_button("Roles of its channels", |ui| {
             let all = Channel::all(recording);
@@ -159,8 +167,12 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
             out.send(Command::ShowPane(channels_pane::PANE));
             ui.close();
         }
+        if ui.press("Close this recording", "Removes the recording from the list; its file stays") {
+            out.send(Edit::Remove(vec![at]));
+            ui.close();
+        }
         ui.separator();
-        group_menu(ui, engine, at, &mut fields.group, out);
+        group_menu(ui, engine, at, typed, out);
         first
     });
 }
@@ -169,7 +181,7 @@ pub fn name_button(ui: &mut Ui, engine: &Engine, at: usize, fields: &mut View, o
 fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
-        let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), Color32::WHITE);
+        let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::WHITE);
         galley.size().x <= room
     };
     if fits(name) {

@@ -1,10 +1,16 @@
-//! Draws the controls of the gauge limits and of the overload tolerance, and the number of samples that look faulty.
+//! Controls of the gauge limits and of the overload tolerance.
 
 use egui::Ui;
 
-use super::*;
+use crate::{
+    engine::{Edit, Engine, Project},
+    min_max::MinMax,
+    recording::{Entry, GaugeRange, ValidRange},
+    shown::printable,
+    ui::{command::Out, controls::Controls as _},
+};
 
-pub fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+pub fn gauge_limits(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     ui.horizontal_wrapped(|ui| {
         let mut entered = project.gauge_range.clone();
@@ -32,31 +38,6 @@ pub fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 out.send(Edit::OverloadTolerance(percent / 100.0));
             }
         }
-        let entries = project.recordings.entries();
-        let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
-        let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
-        let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
-        if !faults.is_empty() {
-            let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
-            let label = ui.warn(format!("{n_faulty} of {n} samples look faulty"));
-            label.on_hover_ui(|ui| {
-                for (at, faults) in faults.iter().take(12) {
-                    let recording = &entries[*at].recording;
-                    let words = faults.words.join(", ");
-                    ui.label(format!("{}: {words}", printable(recording.name())));
-                }
-                if let Some(more) = and_more(faults.len(), 12) {
-                    ui.label(format!("{more} recordings"));
-                }
-            });
-        }
-        if (n_faulty > 0 || project.gauge_range.is_some())
-            && ui.press(
-                "Leave out faulty samples",
-                "Removes the faulty samples from the recordings. Features with memory, such as the look-back, start anew after a removed interval that is longer than the limit for a pause in a recording. Afterwards, exported code reports clipped gauges. Undo restores the samples",
-            ) {
-                out.send(Action::LeaveOutFaulty);
-            }
     });
 }
 

@@ -1,0 +1,294 @@
+//! The recordings as rows, by group. One or more rows are selected; keys set their role or close them.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, Vec2};
+
+use super::row::{group_of, name_menu, rmse_label, role_menu, shown_name};
+use super::View;
+use crate::{
+    engine::{Action, Edit, Engine},
+    questions::{self, RecordingResult},
+    recording::{Axis, Role},
+    scoring::metrics::Group,
+    shown::counted,
+    ui::{
+        command::Out,
+        controls::{Controls as _, place, place_right},
+        numbers::significant,
+        palette::Trace,
+    },
+};
+
+const ROW_HEIGHT: f32 = 24.0;
+const ROLE_WIDTH: f32 = 64.0;
+const ERROR_WIDTH: f32 = 54.0;
+const MARK_WIDTH: f32 = 18.0;
+/// Width of the list (points) below which the errors are omitted.
+const MIN_WIDTH_FOR_ERRORS: f32 = 260.0;
+/// Number of recordings up to which all groups are open at first.
+const FEW: usize = 12;
+const KEYS: [(Key, Role); 3] = [(Key::T, Role::Train), (Key::E, Role::Test), (Key::O, Role::Off)];
+
+#[derive(Debug, Default)]
+pub struct List {
+    filter: String,
+    /// Groups that the user opened (`true`) or closed.
+    open: BTreeMap<String, bool>,
+    selected: BTreeSet<usize>,
+    /// Row from which a press with Shift selects.
+    from: usize,
+}
+
+enum Row<'a> {
+    Group { name: &'a str, members: Vec<usize>, is_open: bool },
+    One(usize),
+}
+
+impl List {
+    /// Returns the rows whose names contain the filter's text. Groups with one recording each are not drawn as groups.
+    fn rows<'a>(&self, engine: &'a Engine) -> Vec<Row<'a>> {
+        let entries = engine.entries();
+        let filter = self.filter.trim().to_lowercase();
+        let mut groups: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
+        for at in 0..entries.len() {
+            let group = group_of(engine, at);
+            let text = format!("{} {}", group.unwrap_or_default(), entries[at].recording.name());
+            if !text.to_lowercase().contains(&filter) {
+                continue;
+            }
+            let known = groups.iter_mut().find(|(known, _)| group.is_some() && *known == group);
+            match known {
+                Some((_, members)) => members.push(at),
+                None => groups.push((group, vec![at])),
+            }
+        }
+        let mut rows = Vec::new();
+        for (name, members) in groups {
+            let alone = members.iter().map(|at| Row::One(*at));
+            match name.filter(|_| members.len() > 1) {
+                Some(name) => {
+                    let usual = entries.len() <= FEW || !filter.is_empty();
+                    let is_open = self.open.get(name).copied().unwrap_or(usual);
+                    let inside: Vec<Row<'_>> = alone.filter(|_| is_open).collect();
+                    rows.push(Row::Group { name, members, is_open });
+                    rows.extend(inside);
+                }
+                None => rows.extend(alone),
+            }
+        }
+        rows
+    }
+
+    /// Selects a row: alone, with Shift all rows up to it, with Ctrl in addition to the others.
+    fn select(&mut self, at: usize, held: Modifiers, rows: &[Row<'_>]) {
+        if held.command {
+            if !self.selected.remove(&at) {
+                self.selected.insert(at);
+            }
+        } else {
+            let place = |wanted: usize| {
+                rows.iter().position(|row| matches!(row, Row::One(at) if *at == wanted))
+            };
+            let ends = place(at).zip(place(self.from)).filter(|_| held.shift);
+            let (a, b) = ends.unwrap_or_default();
+            let between = rows.iter().take(a.max(b) + 1).skip(a.min(b));
+            let between = between.filter_map(|row| match row {
+                Row::One(at) if ends.is_some() => Some(*at),
+                _ => None,
+            });
+            self.selected = between.chain([at]).collect();
+        }
+        if !held.shift {
+            self.from = at;
+        }
+    }
+}
+
+/// What all rows need: the axes whose errors they show.
+struct Shown<'a> {
+    engine: &'a Engine,
+    axes: &'a [Axis],
+    of: Group,
+    has_errors: bool,
+}
+
+/// Places of the parts of a row.
+struct Places {
+    name: Rect,
+    role: Rect,
+    errors: [Rect; 2],
+}
+
+impl Places {
+    fn of(row: Rect, has_errors: bool) -> Self {
+        let width = if has_errors { ERROR_WIDTH } else { 0.0 };
+        let errors = [2.0, 1.0].map(|n| {
+            let right = row.right() - (n - 1.0) * width;
+            row.with_min_x(right - width).with_max_x(right - 4.0)
+        });
+        let end = row.right() - 2.0 * width;
+        let role = row.with_min_x(end - ROLE_WIDTH).with_max_x(end);
+        Self { name: row.with_max_x(role.left() - 4.0), role, errors }
+    }
+}
+
+pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
+    let axes = engine.project().axes();
+    let of = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
+    let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
+    let shown = Shown { engine, axes, of, has_errors };
+    let list = &mut fields.list;
+    list.selected.retain(|at| *at < engine.entries().len());
+    ui.horizontal(|ui| {
+        let width = (ui.available_width() - 250.0).max(60.0);
+        let filter = egui::TextEdit::singleline(&mut list.filter).desired_width(width);
+        ui.field("Filter", filter, "Shows the recordings whose name or group contains this text");
+        let keys = "A press shows a recording; with Ctrl or Shift it selects further ones. Keys for the selected recordings: T train, E test, O off, Delete closes them. A right click or Shift+F10 opens a menu to tare the recording and to set its group";
+        let words = match list.selected.len() {
+            0 | 1 => counted(engine.entries().len(), "recording"),
+            n => format!("{n} selected"),
+        };
+        ui.weak(words).on_hover_text(keys);
+    });
+    header(ui, &shown);
+    let rows = list.rows(engine);
+    let area = ScrollArea::vertical().auto_shrink([false, false]);
+    let mut focused = None;
+    area.show_rows(ui, ROW_HEIGHT, rows.len(), |ui, visible| {
+        for row in rows.iter().take(visible.end).skip(visible.start) {
+            let (_, rect) = ui.allocate_space(Vec2::new(ui.available_width(), ROW_HEIGHT));
+            let places = Places::of(rect, has_errors);
+            match row {
+                Row::Group { name, members, is_open } => {
+                    group_row(ui, &shown, list, (name, members, *is_open), &places, out);
+                }
+                Row::One(at) => {
+                    let is_inside = engine.entries().len() > 1 && rows.len() > 1;
+                    let name = places.name;
+                    let indent = if is_inside { MARK_WIDTH } else { 0.0 };
+                    let name_place = name.with_min_x(name.left() + indent);
+                    if list.selected.contains(at) {
+                        let color = ui.visuals().selection.bg_fill;
+                        ui.painter().rect_filled(rect, 2.0, color.gamma_multiply(0.5));
+                    }
+                    let response = place(ui, name_place, |ui| shown_name(ui, engine, *at));
+                    if response.has_focus() {
+                        focused = Some(response.id);
+                    }
+                    if response.clicked() {
+                        let held = ui.input(|input| input.modifiers);
+                        list.select(*at, held, &rows);
+                        if !held.command && !held.shift {
+                            out.send(Action::Show(questions::View::One(*at)));
+                        }
+                    }
+                    name_menu(&response, engine, *at, &mut fields.group, out);
+                    let entry = &engine.entries()[*at];
+                    place(ui, places.role, |ui| role_menu(ui, &[*at], &[entry], out));
+                    let result = engine.result_of(*at);
+                    errors(ui, &shown, &places, |ui, output| {
+                        let rmse = result.and_then(|result| rmse_of(result, output));
+                        rmse_label(ui, of, axes, rmse, result);
+                    });
+                }
+            }
+        }
+    });
+    ui.data_mut(|data| data.insert_temp(focused_id(), focused));
+    if focused.is_some() {
+        keys(ui, list, out);
+    }
+}
+
+fn group_row(
+    ui: &mut Ui,
+    shown: &Shown<'_>,
+    list: &mut List,
+    (name, members, is_open): (&str, &[usize], bool),
+    places: &Places,
+    out: &mut Out,
+) {
+    let mark = if is_open { "⏷" } else { "⏵" };
+    let press = place(ui, places.name, |ui| {
+        let text = format!("{mark} {name} ({})", members.len());
+        ui.add(Button::new(text).frame(false).truncate())
+    });
+    let about = "Opens or closes this group. Cross-validation leaves out all recordings of a group together";
+    if press.on_hover_text(about).clicked() {
+        list.open.insert(name.to_owned(), !is_open);
+    }
+    let entries = shown.engine.entries();
+    let group: Vec<_> = members.iter().map(|at| &entries[*at]).collect();
+    place(ui, places.role, |ui| role_menu(ui, members, &group, out));
+    errors(ui, shown, places, |ui, output| {
+        let results = members.iter().filter_map(|at| shown.engine.result_of(*at));
+        let known = results.filter_map(|result| {
+            let rmse = shown.of.rmse(shown.axes, rmse_of(result, output)?)?;
+            Some((result.n_samples as f64, rmse))
+        });
+        let (n, squares) = known.fold((0.0, 0.0), |(n, sum), (of, rmse)| {
+            (n + of, sum + of * rmse * rmse)
+        });
+        if n > 0.0 {
+            ui.label(significant((squares / n).sqrt(), 3));
+        } else {
+            ui.weak("–");
+        }
+    });
+}
+
+/// Returns the errors of the uncompensated (0) or of the compensated load (1).
+fn rmse_of(result: &RecordingResult, output: usize) -> Option<&[f64]> {
+    [&result.conventional_rmse, &result.compensated_rmse][output].as_deref()
+}
+
+fn errors(ui: &mut Ui, shown: &Shown<'_>, places: &Places, mut draw: impl FnMut(&mut Ui, usize)) {
+    for (output, rect) in places.errors.into_iter().enumerate().filter(|_| shown.has_errors) {
+        place_right(ui, rect, |ui| draw(ui, output));
+    }
+}
+
+fn header(ui: &mut Ui, shown: &Shown<'_>) {
+    let (_, rect) = ui.allocate_space(Vec2::new(ui.available_width(), 18.0));
+    let places = Places::of(rect, shown.has_errors);
+    let unit = shown.axes.first().map_or("", |axis| axis.unit());
+    let what = match shown.of {
+        Group::Force => "forces",
+        Group::Moment => "moments",
+    };
+    let weak = |text: String| RichText::new(text).weak();
+    place(ui, places.name, |ui| ui.label(weak(format!("Name; RMSE of the {what} [{unit}]"))));
+    place(ui, places.role, |ui| ui.label(weak("Role".to_owned())));
+    let traces = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
+    errors(ui, shown, &places, |ui, output| {
+        let (trace, head) = traces[output];
+        let label = ui.colored_label(trace.color(ui.visuals()), head);
+        label.on_hover_text(format!("{}: RMSE of the {what} [{unit}]", trace.explanation()));
+    });
+}
+
+/// Sets the role of the selected recordings, or closes them.
+fn keys(ui: &Ui, list: &mut List, out: &mut Out) {
+    let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
+    let selected = || list.selected.iter().copied().collect();
+    for (key, role) in KEYS {
+        if pressed(key) {
+            out.send(Edit::Roles(selected(), role));
+        }
+    }
+    if pressed(Key::Delete) {
+        out.send(Edit::Remove(selected()));
+        list.selected.clear();
+    }
+}
+
+/// Returns true if a row of the list has the keyboard focus. The list then takes letters.
+pub fn has_focus(context: &egui::Context) -> bool {
+    let last = context.data(|data| data.get_temp::<Option<egui::Id>>(focused_id())).flatten();
+    last.is_some() && last == context.memory(|memory| memory.focused())
+}
+
+fn focused_id() -> egui::Id {
+    egui::Id::unique("the recording that has the focus")
+}
