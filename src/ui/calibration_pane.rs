@@ -4,6 +4,7 @@ use egui::Ui;
 
 use crate::{
     calibration::LinearMap,
+    features::Column as Appended,
     questions::Analysis,
     recording::Axis,
     report::{Cell, Column, Table},
@@ -79,6 +80,9 @@ impl View {
                     }
                 });
                 ui.push_id(trace.label(), |ui| table::show(ui, &matrix));
+                if map.columns.iter().any(|column| matches!(column, Appended::Monomial(_))) {
+                    ui.weak("Squares and products are those of standardised gauges, (value − mean) / σ; the exported files hold mean and σ.");
+                }
                 ui.add_space(6.0);
             }
         });

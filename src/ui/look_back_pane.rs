@@ -45,8 +45,9 @@ impl PaneView for View {
         ui.take_available_width();
         egui::Grid::new("values").num_columns(3).min_col_width(110.0).show(ui, |ui| {
             ui.weak(format!("{} at {}", axis.axis.symbol(), traces.when(k, 6)));
-            ui.weak("load");
-            ui.weak("error");
+            let unit = axis.axis.unit();
+            ui.weak(format!("load [{unit}]"));
+            ui.weak(format!("error [{unit}]"));
             ui.end_row();
             for (trace, load, error) in loads(axis, k) {
                 ui.colored_label(trace.color(ui.visuals()), trace.label());

@@ -1,10 +1,10 @@
-//! Notices over the lower left of the window. A notice is shown for some seconds, and stays in a list until the user
+//! Notices over the lower right corner of the large pane. A notice is shown for some seconds, and stays in a list until the user
 //! dismisses it.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use egui::{Color32, RichText, Ui};
+use egui::{Color32, Rect, RichText, Ui};
 
 use crate::{
     engine::{Action, Engine, Level, Notice},
@@ -13,9 +13,9 @@ use crate::{
 };
 
 const MAX_SHOWN: usize = 3;
-const WIDTH: f32 = 520.0;
-/// Distance of the notices from the lower edge of the window (points), so that they do not cover the thresholds.
-const FOOT: f32 = 142.0;
+const WIDTH: f32 = 344.0;
+/// Distance of the notices from the right and lower edge of the large pane (points), above the tick labels of its plot.
+const FROM_CORNER: egui::Vec2 = egui::vec2(12.0, 40.0);
 /// Factor by which a notice stays on screen longer while the engine computes, because the user may look elsewhere and frames
 /// are drawn late.
 const SLOWER_WHILE_BUSY: u32 = 4;
@@ -47,7 +47,8 @@ impl Notices {
         self.list = !self.list;
     }
 
-    pub fn show(&mut self, ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    /// Draws the notices in the lower right corner of `hero`, the large pane.
+    pub fn show(&mut self, ui: &mut Ui, engine: &Engine, hero: Rect, out: &mut Out) {
         let context = &ui.ctx().clone();
         let notices = &engine.notices;
         let now = Instant::now();
@@ -71,8 +72,9 @@ impl Notices {
                 Some(None) => {}
             }
         }
-        let is_pointed_at =
-            !fresh.is_empty() && !self.list && self.at_foot(ui, &fresh, notices.len(), out);
+        let is_pointed_at = !fresh.is_empty()
+            && !self.list
+            && self.in_corner(ui, &fresh, (notices.len(), hero), out);
         self.drawn = Some((now, is_pointed_at));
         if notices.is_empty() {
             self.list = false;
@@ -81,21 +83,23 @@ impl Notices {
         egui::Window::new("Notices")
             .open(&mut open)
             .default_size([560.0, 260.0])
+            .default_pos(hero.min)
             .show(context, |ui| list(ui, notices, out));
         self.list = open;
     }
 
-    fn at_foot(
+    fn in_corner(
         &mut self,
         ui: &mut Ui,
         fresh: &[(usize, &Notice)],
-        n_all: usize,
+        (n_all, hero): (usize, Rect),
         out: &mut Out,
     ) -> bool {
-        let width = WIDTH.min(ui.ctx().content_rect().width() - 16.0);
+        let width = WIDTH.min(hero.width() - 16.0);
         let area = egui::Area::new(egui::Id::unique("notices"))
             .order(egui::Order::Foreground)
-            .anchor(egui::Align2::LEFT_BOTTOM, [8.0, -FOOT]);
+            .pivot(egui::Align2::RIGHT_BOTTOM)
+            .fixed_pos(hero.right_bottom() - FROM_CORNER);
         let panel = area.show(ui.ctx(), |ui| {
             egui::Frame::popup(ui.style()).show(ui, |ui| {
                 ui.set_width(width);

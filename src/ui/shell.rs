@@ -418,7 +418,8 @@ impl Shell {
             });
         });
         if !presents {
-            self.notices.show(ui, &self.engine, out);
+            let hero = self.places.first().map_or(ui.ctx().content_rect(), |(_, place)| *place);
+            self.notices.show(ui, &self.engine, hero, out);
         }
         asked.into_iter().for_each(|asked| self.engine.ask_for(asked));
         let engine = &self.engine;

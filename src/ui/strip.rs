@@ -360,7 +360,8 @@ fn is_worse(engine: &Engine) -> bool {
 /// Returns the edit that switches a compensation off that does not lower the error; `None` if it does.
 fn switched_off(engine: &Engine) -> Option<Command> {
     let settings = &engine.project().settings;
-    let features = FeatureSettings { distance: settings.features.distance, ..FeatureSettings::present() };
+    let features =
+        FeatureSettings { distance: settings.features.distance, ..FeatureSettings::present() };
     let off = FitSettings { features, regressor: Regressor::Linear, ..settings.clone() };
     let changes = off != *settings && left_over(engine)? > BRINGS_NOTHING;
     changes.then(|| Edit::Settings(off).into())

@@ -8,7 +8,7 @@ mod pane;
 use egui::Ui;
 
 use crate::{
-    engine::{Edit, Engine},
+    engine::{Action, Edit, Engine},
     questions::{AxisTraces, View as Shown, check::query::FindFaults},
     report::figure,
     ui::{
@@ -47,19 +47,34 @@ pub struct View {
     drawn: DrawnLines,
     /// Single channels, which are shown if the recordings lack something for a calibration.
     channels: channels_pane::View,
+    /// True from the first role that the user gives to a channel until the user wants to see the error.
+    gives_roles: bool,
 }
 
 impl Default for View {
     fn default() -> Self {
         let channels = channels_pane::View::asking_as(PANE.key, false);
-        Self { drawn: DrawnLines::default(), channels }
+        Self { drawn: DrawnLines::default(), channels, gives_roles: false }
     }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        if cx.engine.project().missing().is_some() {
-            return self.channels.ui(ui, cx);
+        let is_missing = cx.engine.project().missing().is_some();
+        if is_missing || self.gives_roles {
+            if !is_missing {
+                ui.horizontal(|ui| {
+                    ui.strong("The roles are enough to calibrate.");
+                    let about = "Shows the load and its error in place of the channels";
+                    self.gives_roles = !ui.press("Show the error", about);
+                });
+            }
+            let n_sent = cx.out.0.len();
+            self.channels.ui(ui, cx);
+            let is_role = |sent: &Command| matches!(sent, Command::Do(Action::SetRole(_)));
+            self.gives_roles |= cx.out.0.iter().skip(n_sent).any(is_role);
+            self.gives_roles &= !cx.engine.entries().is_empty();
+            return;
         }
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));
         cx.time.faulty = cx.engine.all_faults().unwrap_or_default().to_vec();

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, Vec2};
 
-use super::row::{group_of, name_menu, rmse_label, role_menu, shown_name};
 use super::View;
+use super::row::{group_of, name_menu, rmse_label, role_menu, shown_name};
 use crate::{
     engine::{Action, Edit, Engine},
     questions::{self, RecordingResult},
@@ -227,9 +227,8 @@ fn group_row(
             let rmse = shown.of.rmse(shown.axes, rmse_of(result, output)?)?;
             Some((result.n_samples as f64, rmse))
         });
-        let (n, squares) = known.fold((0.0, 0.0), |(n, sum), (of, rmse)| {
-            (n + of, sum + of * rmse * rmse)
-        });
+        let (n, squares) =
+            known.fold((0.0, 0.0), |(n, sum), (of, rmse)| (n + of, sum + of * rmse * rmse));
         if n > 0.0 {
             ui.label(significant((squares / n).sqrt(), 3));
         } else {

@@ -149,7 +149,13 @@ pub fn shown_name(ui: &mut Ui, engine: &Engine, at: usize) -> Response {
 }
 
 /// Opens the menu of a recording by the right mouse button or Shift+F10.
-pub fn name_menu(response: &Response, engine: &Engine, at: usize, typed: &mut Typed, out: &mut Out) {
+pub fn name_menu(
+    response: &Response,
+    engine: &Engine,
+    at: usize,
+    typed: &mut Typed,
+    out: &mut Out,
+) {
     let recording = &engine.entries()[at].recording;
     context_menu(response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
@@ -181,7 +187,8 @@ pub fn name_menu(response: &Response, engine: &Engine, at: usize, typed: &mut Ty
 fn shortened(ui: &Ui, name: &str, room: f32) -> String {
     let font = egui::TextStyle::Button.resolve(ui.style());
     let fits = |text: &str| {
-        let galley = (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::WHITE);
+        let galley =
+            (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::WHITE);
         galley.size().x <= room
     };
     if fits(name) {

@@ -73,21 +73,21 @@ pub fn samples(
     }
 }
 
-/// Returns the loads at a sample and their errors, with units.
+/// Returns the loads at a sample and their errors, in the unit of the axis.
 pub fn loads(axis: &AxisTraces, k: usize) -> impl Iterator<Item = (Trace, String, String)> {
-    let unit = axis.axis.unit();
+    let number = |value: f64, digits| significant(value, digits).replace('-', "−");
     Trace::LISTED.into_iter().filter_map(move |trace| {
-        let load = axis.load(trace)?.value(k);
-        let error =
-            axis.error(trace).map(|error| format!("error {}", significant(error.value(k), 3)));
-        let load = format!("{} {unit}", significant(load, 4));
+        let load = number(axis.load(trace)?.value(k), 4);
+        let error = axis.error(trace).map(|error| number(error.value(k), 3));
         Some((trace, load, error.unwrap_or_default()))
     })
 }
 
 pub fn spoken(traces: &TraceSet, axis: &AxisTraces, k: usize) -> String {
+    let unit = axis.axis.unit();
     let loads = loads(axis, k).map(|(trace, load, error)| {
-        format!("{} {load} {error}", trace.label()).trim_end().to_owned()
+        let error = if error.is_empty() { error } else { format!(", error {error}") };
+        format!("{} {load} {unit}{error}", trace.label())
     });
     let look_back = traces.thresholds.map(|thresholds| look_back_words(traces, thresholds, k));
     let all: Vec<String> = loads.chain(look_back).collect();
