@@ -359,6 +359,12 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
             Command::ToggleDrawer(settings_panel::PANE),
         ),
         action(
+            "Right column",
+            "Opens or closes the right column of a narrow window: errors, axes, models or matrices",
+            ctrl(Key::D),
+            Command::ToggleRight,
+        ),
+        action(
             "Apply the remedy",
             "Does what the button at the right end of the strip says",
             alone(Key::R),

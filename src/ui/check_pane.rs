@@ -34,6 +34,9 @@ const ROW_HEIGHT: f32 = 32.0;
 const NAME_WIDTH: f32 = 190.0;
 const NUMBER_WIDTH: f32 = 66.0;
 const REMEDY_WIDTH: f32 = 230.0;
+const SOURCE_WIDTH: f32 = 220.0;
+/// Width of a row (points) from which it says what the share is found from.
+const WIDTH_WITH_SOURCE: f32 = 1000.0;
 const GAP: f32 = 10.0;
 const BAR_HEIGHT: f32 = 9.0;
 
@@ -116,10 +119,31 @@ impl View {
     }
 }
 
+/// Returns the part of the data from which a share is found.
+fn found_from(row: Row) -> &'static str {
+    match row {
+        Row::Cause(cause) => match cause {
+            Cause::Curvature => "squares, products of the gauges",
+            Cause::Hysteresis => "gauges on rising and falling load",
+            Cause::Creep => "slow low-passes of the gauges",
+            Cause::Lag => "gauges a moment earlier or later",
+            Cause::Zeros => "an offset for each recording",
+            Cause::Drift => "a slope in time in each recording",
+            Cause::Sensitivity => "a factor for each recording",
+            Cause::Temperature => "the auxiliary channels",
+        },
+        Row::Noise => "changes from sample to sample",
+        Row::Unexplained => "the remainder",
+        Row::Total => "",
+    }
+}
+
 /// Places of the columns in a row of the budget.
 struct Columns {
     name: Rect,
     bars: Rect,
+    /// What the share is found from; empty in a narrow pane.
+    source: Rect,
     before: Rect,
     after: Rect,
     remedy: Rect,
@@ -132,8 +156,10 @@ impl Columns {
         let number = |right: f32| row.with_min_x(right - NUMBER_WIDTH).with_max_x(right);
         let after = number(remedy.left() - 2.0 * GAP);
         let before = number(after.left() - GAP);
-        let bars = row.with_min_x(name.right()).with_max_x(before.left() - GAP);
-        Self { name, bars, before, after, remedy }
+        let source = if row.width() < WIDTH_WITH_SOURCE { 0.0 } else { SOURCE_WIDTH };
+        let source = row.with_min_x(before.left() - source).with_max_x(before.left() - GAP);
+        let bars = row.with_min_x(name.right()).with_max_x(source.left() - GAP);
+        Self { name, bars, source, before, after, remedy }
     }
 }
 
@@ -165,6 +191,10 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
         place_right(ui, rect, |ui| ui.colored_label(color, "% FS"));
     }
     place(ui, head.remedy, |ui| ui.weak("Remedy, and the error with it"));
+    let has_source = head.source.is_positive();
+    if has_source {
+        place(ui, head.source, |ui| ui.weak("Found from"));
+    }
     let totals = both.iter().flatten().map(|(_, shares)| shares.total);
     let longest = totals.fold(0.0, f64::max).sqrt();
     let (total, parts): (Vec<Row>, Vec<Row>) = Row::all().partition(|row| *row == Row::Total);
@@ -172,7 +202,15 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
         let columns = row(ui, ROW_HEIGHT);
         let name = RichText::new(shown.name(before));
         let name = if shown == Row::Total { name.strong() } else { name };
-        place(ui, columns.name, |ui| ui.add(Label::new(name).truncate()));
+        let source = found_from(shown);
+        let label = place(ui, columns.name, |ui| ui.add(Label::new(name).truncate()));
+        if has_source {
+            place(ui, columns.source, |ui| {
+                ui.add(Label::new(RichText::new(source).weak()).truncate())
+            });
+        } else if !source.is_empty() {
+            label.on_hover_text(format!("Found from {source}"));
+        }
         let middle = columns.bars.center().y;
         let numbers = [columns.before, columns.after];
         for (at, (budget_and_shares, number)) in both.iter().zip(numbers).enumerate() {

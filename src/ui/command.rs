@@ -115,6 +115,8 @@ pub enum Command {
     Show(Workspace),
     /// Opens a pane as a drawer over the workspace, or closes it.
     ToggleDrawer(Pane),
+    /// Opens or closes the right column of a narrow window.
+    ToggleRight,
     /// Shows these axes.
     Axes(AxisChoice),
     /// Shows the previous (-1) or next (1) recording.

@@ -10,7 +10,7 @@ use crate::{
         command::{Command, Out, Workspace},
         controls::Controls as _,
         recordings_panel::SIMULATED,
-        workspace::Workspaces,
+        workspace::{Workspaces, is_compact},
     },
 };
 
@@ -61,6 +61,11 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
                 }
                 if is_wide {
                     sensor(ui, engine);
+                } else if is_compact(ui) && workspaces.shown() != Workspace::Check {
+                    let about = "Opens or closes the right column (Ctrl+D)";
+                    if ui.press("Right column", about) {
+                        out.send(Command::ToggleRight);
+                    }
                 }
             });
         });

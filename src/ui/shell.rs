@@ -215,6 +215,7 @@ impl Shell {
             Command::TogglePresentedLoops => {
                 self.presenter.shows_loops = !self.presenter.shows_loops;
             }
+            Command::ToggleRight => self.workspaces.toggle_right(),
             Command::ToggleDrawer(pane) => self.workspaces.toggle_drawer(Some(pane)),
             Command::Axes(choice) => self.scope.show(choice, self.engine.project().axes()),
             Command::OtherRecording(step) => self.show_other_recording(step),

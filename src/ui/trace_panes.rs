@@ -10,15 +10,19 @@ use egui::Ui;
 use crate::{
     engine::{Action, Edit, Engine},
     questions::{AxisTraces, View as Shown, check::query::FindFaults},
+    recording::Axis,
     report::figure,
     ui::{
         channels_pane::{self, view_choice},
+        choice::labelled_choice,
         command::{Command, Out, Pane},
         controls::Controls as _,
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
+        scope::{AxisChoice, Scope},
         time_view::TimeView,
+        workspace::is_compact,
     },
 };
 use drawn::DrawnLines;
@@ -101,7 +105,7 @@ fn trace_panes(
     let traces = &*analysis.traces;
     panes.follow(traces);
     if !*presents {
-        choices(ui, engine, panes, out);
+        choices(ui, engine, panes, scope, out);
     }
     let played = panes.play(ui, traces);
     if !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
@@ -172,8 +176,25 @@ fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTr
     (0..3.min(shown.len())).map(third).collect()
 }
 
+/// Draws the choice of the axis, which the table of errors offers in a wider window.
+fn axis_choice(ui: &mut Ui, axes: &[Axis], scope: &Scope, out: &mut Out) {
+    let of = |shown: &[Axis]| match shown {
+        [one] => axes.iter().position(|axis| axis == one),
+        _ => None,
+    };
+    let present = of(scope.axes());
+    let mut chosen = present;
+    let described = |at: Option<usize>| (at.map_or("all axes", |at| axes[at].symbol()), "");
+    let all = (0..axes.len()).map(Some).chain([None]);
+    labelled_choice(ui, ("axis", 70.0), &mut chosen, all, described)
+        .on_hover_text("Axis whose load and error are shown (keys 1 to 6, 0 for all)");
+    if chosen != present {
+        out.send(Command::Axes(chosen.map_or(AxisChoice::All, AxisChoice::Only)));
+    }
+}
+
 /// Draws the head of the traces: the recording, the legend and the view in time.
-fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
+fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, scope: &Scope, out: &mut Out) {
     ui.horizontal_wrapped(|ui| {
         for (label, step, about) in [
             ("◂", -1, "Shows the previous recording (Page up)"),
@@ -184,6 +205,9 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, out: &mut Out) {
             }
         }
         view_choice(ui, engine, out);
+        if is_compact(ui) {
+            axis_choice(ui, engine.project().axes(), scope, out);
+        }
         if ui.available_width() > WIDTH_WITH_LENGTH
             && let Shown::One(at) = engine.project().view
             && let Some(entry) = engine.entries().get(at)

@@ -28,6 +28,8 @@ use crate::ui::{
 const BORDER: f32 = 6.0;
 /// Widths of the right column (points): in a window at least as wide as the second number, and in a narrower one.
 const RIGHT_WIDTHS: (f32, f32, f32) = (416.0, 1500.0, 360.0);
+/// Width of the window (points) below which the right column is closed until the user opens it.
+const COMPACT: f32 = 1200.0;
 /// Minimum and maximum share of the window's width for the right column.
 const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
 /// Width of the list of exports (points).
@@ -47,6 +49,13 @@ pub struct Workspaces {
     drawer: Option<Pane>,
     /// Width of the right column that the user chose (points).
     right_width: Option<f32>,
+    /// True if a narrow window shows the right column.
+    opens_right: bool,
+}
+
+/// Returns true if the window is so narrow that the right column is closed until the user opens it.
+pub fn is_compact(ui: &Ui) -> bool {
+    ui.ctx().content_rect().width() < COMPACT
 }
 
 /// Place of one pane, or of several panes as tabs.
@@ -67,6 +76,7 @@ impl Default for Workspaces {
             focus: None,
             drawer: None,
             right_width: None,
+            opens_right: false,
         }
     }
 }
@@ -106,6 +116,11 @@ impl Workspaces {
         self.drawer = pane.filter(|pane| self.drawer != Some(*pane));
     }
 
+    /// Opens or closes the right column of a narrow window.
+    pub fn toggle_right(&mut self) {
+        self.opens_right = !self.opens_right;
+    }
+
     /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
         let areas = self.areas[self.shown as usize].iter().map(|area| area.selected);
@@ -124,7 +139,7 @@ impl Workspaces {
             area.map(|area| area.selected = pane).is_some()
         };
         if select(self.shown) {
-            self.drawer = None;
+            (self.drawer, self.opens_right) = (None, true);
         } else if DRAWER_WIDTHS.iter().any(|(drawer, _)| *drawer == pane) {
             self.drawer = Some(pane);
         } else if let Some((place, ..)) = Workspace::ALL.iter().find(|(place, ..)| select(*place)) {
@@ -184,8 +199,10 @@ impl Workspaces {
             _ if whole.width() >= least => wide,
             _ => narrow,
         };
+        let is_open = self.opens_right || self.shown == Workspace::Import || !is_compact(ui);
         let areas = &mut self.areas[self.shown as usize];
         let [hero, right @ ..] = &mut areas[..] else { return };
+        let right = if is_open { right } else { &mut [] };
         let (least, most) = RIGHT_SHARES.into_inner();
         let width = self.right_width.unwrap_or(usual);
         let width = width.clamp(least * whole.width(), most * whole.width());

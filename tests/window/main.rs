@@ -440,6 +440,49 @@ fn a_role_is_chosen_from_the_menu_in_the_row() {
 }
 
 #[test]
+fn keys_set_the_role_of_all_selected_recordings() {
+    use recording::Role::{Off, Test, Train};
+    let files = Files::new();
+    let mut window = window(files.three());
+    show(&mut window, "recordings");
+    click_first(&mut window, Role::Button, "a");
+    let first = window.query_all_by_role_and_label(Role::Button, "test_c").next();
+    first.expect("a row").click_modifiers(Modifiers::COMMAND);
+    settle(&mut window);
+    let roles = |window: &Window| {
+        let entries = state(window).project().recordings.entries().iter();
+        entries.map(|entry| entry.role).collect::<Vec<_>>()
+    };
+    for (key, role) in [(Key::O, Off), (Key::E, Test), (Key::T, Train)] {
+        window.key_press(key);
+        settle(&mut window);
+        assert_eq!(roles(&window), [role, Train, role], "{key:?}");
+    }
+    ctrl_z(&mut window);
+    assert_eq!(roles(&window), [Test, Train, Test], "one step of undo for both");
+}
+
+fn ctrl_z(window: &mut Window) {
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(window);
+}
+
+#[test]
+fn recordings_of_the_built_in_sensor_are_listed_by_group() {
+    let mut window = window(Vec::new());
+    show(&mut window, "recordings");
+    let rows = |window: &Window, label: &str| {
+        window.query_all_by_role_and_label(Role::Button, label).count()
+    };
+    let group = |mark| format!("{mark} path 6 (15)");
+    assert_eq!((rows(&window, &group("⏵")), rows(&window, "test_path6_mount1_fast")), (1, 0));
+    click(&mut window, Role::Button, &group("⏵"));
+    assert_eq!((rows(&window, &group("⏷")), rows(&window, "test_path6_mount1_fast")), (1, 1));
+    type_into(&mut window, "Filter", "mount3");
+    assert_eq!((rows(&window, "⏷ path 1 (3)"), rows(&window, "train_path1_mount3_fast")), (1, 1));
+}
+
+#[test]
 fn without_a_training_recording_the_window_offers_a_remedy() {
     let files = Files::new();
     let mut window = window(files.three());
@@ -474,7 +517,9 @@ fn closing_a_recording_removes_it_from_the_fit() {
     let files = Files::new();
     let mut window = window(files.three());
     show(&mut window, "recordings");
-    click_first(&mut window, Role::Button, "×");
+    click_first(&mut window, Role::Button, "a");
+    window.key_press(Key::Delete);
+    settle(&mut window);
     assert_eq!(names(&window), ["b", "test_c"]);
     assert_eq!(analysis(&window).calibration.trained_on, ["b"]);
     window.key_press_modifiers(Modifiers::COMMAND, Key::N);

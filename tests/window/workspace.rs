@@ -83,6 +83,50 @@ fn places(window: &Window) -> Vec<(Role, String, egui::Rect)> {
     roles.into_iter().flat_map(of_role).collect()
 }
 
+/// Texts that are shortened, or that reach beyond the sides of their place.
+fn cut_texts(window: &Window) -> Vec<String> {
+    fn texts(shape: &egui::Shape, clip: egui::Rect, found: &mut Vec<String>) {
+        match shape {
+            egui::Shape::Vec(all) => all.iter().for_each(|one| texts(one, clip, found)),
+            egui::Shape::Text(text) => {
+                let rect = text.visual_bounding_rect();
+                let is_seen = clip.intersects(rect) && text.galley.text().trim() != "";
+                let is_out = rect.left() < clip.left() - 1.0 || rect.right() > clip.right() + 1.0;
+                if is_seen && (text.galley.elided || is_out) {
+                    found.push(format!("{} {rect:?} in {clip:?}", text.galley.text()));
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    for clipped in &window.output().shapes {
+        texts(&clipped.shape, clipped.clip_rect, &mut found);
+    }
+    found
+}
+
+#[test]
+fn no_text_is_cut_in_any_workspace_at_any_size() {
+    let files = Files::new();
+    let mut cut = Vec::new();
+    for (size, scale) in [((1600.0, 900.0), 1.0), ((1280.0, 800.0), 1.0), ((1600.0, 900.0), 1.5)] {
+        let preferences = Preferences { text_scale: scale, ..Preferences::default() };
+        let mut window = window_of(files.three(), Choices::default(), preferences);
+        window.set_size(Vec2::new(size.0, size.1) / scale);
+        settle(&mut window);
+        for (at, key) in
+            [Key::F2, Key::F3, Key::F4, Key::F5, Key::F6, Key::F7, Key::F8].into_iter().enumerate()
+        {
+            window.key_press(key);
+            settle(&mut window);
+            let of = |text: String| format!("{size:?} × {scale}, {}: {text}", Workspace::ALL[at].1);
+            cut.extend(cut_texts(&window).into_iter().map(of));
+        }
+    }
+    assert!(cut.is_empty(), "{}", cut.join("\n"));
+}
+
 /// Fits, notices and the answer about the error come and go, and nothing in the window moves.
 #[test]
 fn no_control_moves_while_results_and_notices_come_and_go() {

@@ -177,6 +177,7 @@ pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                         focused = Some(response.id);
                     }
                     if response.clicked() {
+                        response.request_focus();
                         let held = ui.input(|input| input.modifiers);
                         list.select(*at, held, &rows);
                         if !held.command && !held.shift {
