@@ -4,9 +4,16 @@
 use egui::{Id, TextEdit, Ui};
 
 use crate::{
-    engine::Engine,
+    engine::{Action, Engine, query::Background as _},
     features::{Appends, BLOCKS, Block, Choice, Distance, FeatureSettings, Range},
-    ui::setting::{found, switched},
+    questions::thresholds::asked::ChooseBlock,
+    ui::{
+        command::Out,
+        controls::Controls as _,
+        numbers::significant,
+        setting::{found, switched},
+        status_line::busy,
+    },
 };
 
 /// Explanation of the look-back.
@@ -37,6 +44,36 @@ pub fn blocks(ui: &mut Ui, features: &mut FeatureSettings, is_static: bool) {
                 None => list(ui, block, values),
             });
         features.blocks.set(block, shown.inner);
+    }
+}
+
+/// Draws the buttons that choose the values of a feature by cross-validation, and the last result.
+pub fn choosing(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    let choice = engine.lane::<ChooseBlock>();
+    let choosing = !choice.is_idle();
+    ui.horizontal_wrapped(|ui| {
+        for block in BLOCKS.iter().copied().filter(|block| block.search().is_some()) {
+            let label = format!("Choose {}", block.setting().label.to_lowercase());
+            if ui.press_if(
+                !choosing,
+                label,
+                "Tries lists of values of this feature by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
+            ) {
+                out.send(Action::ChooseBlock(block, None));
+            }
+        }
+    });
+    if choosing {
+        busy(ui);
+    } else if let Some(chosen) = choice.answer() {
+        ui.label(format!(
+            "{}: {}; cross-validated error {}, without this feature {} ({} lists of values were tried)",
+            chosen.block.setting().label,
+            chosen.block.setting().in_words(&chosen.values),
+            significant(chosen.left_out, 4),
+            significant(chosen.left_out_without, 4),
+            chosen.n_tried
+        ));
     }
 }
 

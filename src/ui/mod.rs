@@ -32,6 +32,7 @@ mod models_pane;
 mod notes_pane;
 mod notices;
 mod numbers;
+mod pairs_pane;
 mod palette;
 mod pane;
 mod panes;

@@ -10,6 +10,7 @@ const PANES: &[Entry] = &[
     (super::trace_panes::PANE, of::<super::trace_panes::View>),
     (super::look_back_pane::PANE, of::<super::look_back_pane::View>),
     (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
+    (super::pairs_pane::PANE, of::<super::pairs_pane::View>),
     (super::models_pane::PANE, of::<super::models_pane::View>),
     (super::trade_pane::PANE, of::<super::trade_pane::View>),
     (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
@@ -37,6 +38,7 @@ pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
 pub fn needs_calibration(pane: Pane) -> bool {
     let waiting = [
         super::thresholds_pane::PANE,
+        super::pairs_pane::PANE,
         super::models_pane::PANE,
         super::axes_pane::PANE,
         super::metrology_pane::PANE,

@@ -70,6 +70,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         });
         ui.separator();
         blocks_panel::blocks(ui, &mut settings.features, is_static);
+        blocks_panel::choosing(ui, engine, out);
         auxiliary_references(ui, engine, &mut settings);
         ui.separator();
         regressor_panel::learner(ui, engine, &mut settings, out);

@@ -39,6 +39,8 @@ const MIN_COLUMN_WIDTH: f32 = 260.0;
 
 /// Width of a legend entry (points): a piece of line, a check box and the name of the load.
 const LEGEND_ENTRY_WIDTH: f32 = 150.0;
+/// Width of the head (points) from which the legend and the view in time are in it.
+const WIDTH_WITH_LEGEND: f32 = 440.0;
 /// Width of the head (points) from which the role and the length of the recording are in it.
 const WIDTH_WITH_LENGTH: f32 = 780.0;
 
@@ -205,8 +207,12 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, scope: &Scope, ou
             }
         }
         view_choice(ui, engine, out);
-        if is_compact(ui) {
+        let is_narrow = ui.available_width() < WIDTH_WITH_LEGEND;
+        if is_narrow || is_compact(ui) {
             axis_choice(ui, engine.project().axes(), scope, out);
+        }
+        if is_narrow {
+            return;
         }
         if ui.available_width() > WIDTH_WITH_LENGTH
             && let Shown::One(at) = engine.project().view

@@ -475,11 +475,11 @@ fn recordings_of_the_built_in_sensor_are_listed_by_group() {
         window.query_all_by_role_and_label(Role::Button, label).count()
     };
     let group = |mark| format!("{mark} path 6 (15)");
-    assert_eq!((rows(&window, &group("⏵")), rows(&window, "test_path6_mount1_fast")), (1, 0));
-    click(&mut window, Role::Button, &group("⏵"));
-    assert_eq!((rows(&window, &group("⏷")), rows(&window, "test_path6_mount1_fast")), (1, 1));
+    assert_eq!((rows(&window, &group("▸")), rows(&window, "test_path6_mount1_fast")), (1, 0));
+    click(&mut window, Role::Button, &group("▸"));
+    assert_eq!((rows(&window, &group("▾")), rows(&window, "test_path6_mount1_fast")), (1, 1));
     type_into(&mut window, "Filter", "mount3");
-    assert_eq!((rows(&window, "⏷ path 1 (3)"), rows(&window, "train_path1_mount3_fast")), (1, 1));
+    assert_eq!((rows(&window, "▾ path 1 (3)"), rows(&window, "train_path1_mount3_fast")), (1, 1));
 }
 
 #[test]
@@ -1055,7 +1055,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     assert!(study.past_ages.n_samples > 0);
     let measure = map.scale.default_measure();
     let suggested = map.suggestion(measure).unwrap().thresholds;
-    click(&mut window, Role::Button, "Take the cross-validation minimum");
+    click(&mut window, Role::Button, "Use: Lowest error");
     assert_eq!(state(&window).project().thresholds(), suggested);
     let left_out = analysis(&window).calibration.quality.compensated.cv_rmse.clone();
     let on_map = map.suggestion(measure).unwrap().left_out;
@@ -1084,7 +1084,7 @@ fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
 fn play_radii_are_chosen_by_leave_one_out() {
     let files = Files::new();
     let mut window = window(files.three());
-    click(&mut window, Role::Button, "Thresholds");
+    show(&mut window, "settings");
     click(&mut window, Role::Button, "Choose play radii");
     let chosen = state(&window).lane::<ChooseBlock>().answer().cloned().expect("a list was chosen");
     assert_eq!(analysis(&window).calibration.features.blocks.of(&Play), chosen.values);

@@ -67,7 +67,7 @@ fn workspaces_are_opened_by_click_and_key() {
     assert!(on_screen(&window, named("loops")) && on_screen(&window, named("metrology")));
     click(&mut window, Role::Button, Workspace::ALL[3].1);
     window.check_accessibility();
-    for pane in [named("errors"), named("look-back"), named("thresholds")] {
+    for pane in [named("pairs"), named("traces"), named("thresholds")] {
         assert!(on_screen(&window, pane), "{pane:?}");
     }
 }

@@ -25,7 +25,7 @@ pub struct FlatRange {
 }
 
 impl FlatRange {
-    fn in_words(&self, text: impl Fn(f64) -> String) -> String {
+    pub fn in_words(&self, text: impl Fn(f64) -> String) -> String {
         let first = if self.from_is_first_tried { " (the first tried)" } else { "" };
         let last = if self.to_is_last_tried { " (the last tried)" } else { "" };
         if self.from == self.to {

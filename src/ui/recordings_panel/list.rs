@@ -210,7 +210,7 @@ fn group_row(
     places: &Places,
     out: &mut Out,
 ) {
-    let mark = if is_open { "⏷" } else { "⏵" };
+    let mark = if is_open { "▾" } else { "▸" };
     let press = place(ui, places.name, |ui| {
         let text = format!("{mark} {name} ({})", members.len());
         ui.add(Button::new(text).frame(false).truncate())

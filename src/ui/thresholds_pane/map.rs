@@ -34,8 +34,7 @@ pub fn map(
     ui: &mut Ui,
     engine: &Engine,
     map: &Arc<ThresholdMap>,
-    measure: Measure,
-    set: ScoreSet,
+    (measure, set, hysteresis): (Measure, ScoreSet, Option<f64>),
     texture: &mut MapTexture,
     out: &mut Out,
 ) {
@@ -73,7 +72,9 @@ pub fn map(
                     PlotPoints::from([pair.f_th * shown_as, log(pair.t_th_secs, map)])
                 };
                 let minimum = minimum.map(|(at, _)| map.thresholds(at.0, at.1));
+                let hysteresis = hysteresis.map(|f_th| Thresholds { f_th, ..present });
                 for (name, pair, shape, radius) in [
+                    ("mean hysteresis", hysteresis, MarkerShape::Square, 5.0),
                     ("minimum", minimum, MarkerShape::Diamond, 6.0),
                     ("present", Some(present), MarkerShape::Circle, 7.0),
                 ] {
@@ -99,7 +100,7 @@ pub fn map(
                 |value| format!("{} {}", significant(value, 4), measure.unit(&map.scale)),
             );
             response.response.clone().on_hover_text_at_pointer(format!(
-                "{}: {value}\nclick to set; ◆ minimum, ○ present pair",
+                "{}: {value}\nclick or drag to set",
                 pair_text(map.distance, thresholds)
             ));
             if pressed(&response.response) && thresholds != present {
@@ -210,6 +211,10 @@ fn scale_of_colors(ui: &mut Ui, height: f32, (least, greatest): (f64, f64), unit
             let color = ui.visuals().text_color();
             let align = egui::Align2::LEFT_CENTER;
             ui.painter().text(at, align, significant(value, 3), font.clone(), color);
+            if step == SHADES {
+                let at = slice.right_center() + Vec2::new(4.0, 0.0);
+                ui.painter().text(at, align, "worse", font.clone(), color);
+            }
         }
     });
 }
