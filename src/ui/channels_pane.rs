@@ -4,7 +4,7 @@
 use egui::Ui;
 
 use crate::{
-    engine::{Action, Asker, Engine},
+    engine::{Action, Asker, Engine, ImportCommand},
     import::{ChannelRole, map::ColumnRole},
     questions::{
         View as Shown,
@@ -81,6 +81,12 @@ impl PaneView for View {
         let (across, up) = self.chosen(recording);
         ui.horizontal_wrapped(|ui| {
             view_choice(ui, cx.engine, cx.out);
+            if let Some(path) = recording.source().path() {
+                let about = "Shows all columns of the file on one page, where several columns get their roles together";
+                if ui.press("All columns…", about) {
+                    cx.out.send(ImportCommand::Open(path.to_owned()));
+                }
+            }
             if let Some(missing) = cx.engine.project().missing() {
                 ui.strong(missing.to_string());
             }

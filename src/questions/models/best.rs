@@ -13,7 +13,8 @@ use serde::Serialize;
 
 use crate::{
     calibration::{
-        Calibration, ErrorBlocks, FitSettings, Refusal, Regressor, RidgeChoice, Scores, weighed,
+        Calibration, ErrorBlocks, FitSettings, Learner, Refusal, Regressor, RidgeChoice, Scores,
+        weighed,
     },
     features::FeatureSettings,
     progress::Progress,
@@ -38,15 +39,14 @@ use crate::{
 const ENOUGH_SAMPLES: usize = 60_000;
 /// Limits of the short training, which selects networks and kernels for the full training.
 const SHORT: Effort = Effort { rows: 3_000, epochs: 20, landmarks: 80, units: 30 };
-const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 50 };
-/// Which models get the full training, for each regressor: the maximum error after the short training as a multiple of the
-/// lowest error, and the maximum number of models. The maximum error of networks is larger, because a short training says
-/// less about networks.
-const CAN_WIN: [(Regressor, f64, usize); 4] = [
-    (Regressor::HybridKernel, 1.3, 3),
-    (Regressor::Kernel, 1.3, 3),
-    (Regressor::HybridNetwork, 1.6, 1),
-    (Regressor::Network, 1.6, 1),
+const FULL: Effort = Effort { rows: 10_000, epochs: 60, landmarks: 150, units: 64 };
+/// Which models get the full training: the regressors, the maximum error after the short training as a multiple of the
+/// lowest error, and the maximum number of models. A short training says little about networks, so the best three of them
+/// are always trained.
+const CAN_WIN: [(&[Regressor], f64, usize); 3] = [
+    (&[Regressor::HybridNetwork, Regressor::Network], f64::INFINITY, 3),
+    (&[Regressor::HybridKernel], 1.3, 3),
+    (&[Regressor::Kernel], 1.3, 3),
 ];
 /// Maximum error of a model that is trained again for longer, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
@@ -400,8 +400,8 @@ pub fn find_best(
         Candidates::Paper => (recipes::paper(running.whole.is_static()), Vec::new()),
     };
     let (n_linear, n_learned) = (linear.len(), learned.len());
-    let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most).sum();
-    progress.add_total((n_linear + n_learned + most_trained + CAN_WIN.len()) as u64);
+    let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most + 1).sum();
+    progress.add_total((n_linear + n_learned + most_trained + 1) as u64);
     for (at, recipe) in linear.iter().enumerate() {
         if at > 0 && running.is_out_of_time() {
             running.best.n_left = n_linear - at + n_learned;
@@ -411,6 +411,10 @@ pub fn find_best(
         show(&running.best);
     }
     let mut short = Vec::new();
+    if n_learned > 0 && !running.whole.is_static() {
+        running.try_fully(&recipes::always_trained())?;
+        show(&running.best);
+    }
     for (at, recipe) in learned.into_iter().enumerate() {
         if running.is_out_of_time() {
             running.best.n_left = n_learned - at;
@@ -426,7 +430,7 @@ pub fn find_best(
     let lowest = lowest.min(running.best.lowest());
     let mut left = CAN_WIN;
     let can_win = |(relative, recipe): &(f64, Recipe)| {
-        let limits = left.iter_mut().find(|limits| recipe.regressor == limits.0);
+        let limits = left.iter_mut().find(|limits| limits.0.contains(&recipe.regressor));
         limits.is_some_and(|(_, reach, most)| {
             let can_win = *relative < *reach * lowest && *most > 0 && running.is_new(*relative);
             *most -= usize::from(can_win);
@@ -436,6 +440,9 @@ pub fn find_best(
     let (short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
     running.best.ruled_out =
         passed.into_iter().map(|(relative, recipe)| (recipe.name, relative)).collect();
+    let mut short = short;
+    // Kernels come last, because they take longest.
+    short.sort_by_key(|(_, recipe)| recipe.regressor.learner() == Some(Learner::Kernel));
     for (at, (_, recipe)) in short.iter().enumerate() {
         if running.is_out_of_time() {
             running.best.n_left += short.len() - at;
@@ -444,8 +451,9 @@ pub fn find_best(
         running.try_fully(recipe)?;
         show(&running.best);
     }
-    for (regressor, ..) in CAN_WIN {
-        let Some(recipe) = running.best_of(regressor, &short) else { continue };
+    short.push((0.0, recipes::always_trained()));
+    for (regressors, ..) in CAN_WIN {
+        let Some(recipe) = running.best_of(regressors, &short) else { continue };
         if running.is_out_of_time() {
             running.best.n_left += 1
         } else {
@@ -564,15 +572,15 @@ impl<'a> Running<'a> {
         !self.best.tried.iter().filter(is_linear).any(same)
     }
 
-    /// Returns the candidate with the lowest error among those with this regressor; `None` if this error is far above the
+    /// Returns the candidate with the lowest error among those with one of these regressors; `None` if this error is far above the
     /// lowest error of all models.
     fn best_of<'r>(
         &self,
-        regressor: Regressor,
+        regressors: &[Regressor],
         trained: &'r [(f64, Recipe)],
     ) -> Option<&'r Recipe> {
         let reach = NEARLY_BEST * self.best.lowest();
-        let alike = trained.iter().filter(|(_, recipe)| recipe.regressor == regressor);
+        let alike = trained.iter().filter(|(_, recipe)| regressors.contains(&recipe.regressor));
         let found = alike.filter_map(|(_, recipe)| {
             let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
             let can_win = tried.relative < reach && tried.refused.is_none();

@@ -38,10 +38,13 @@ pub(super) enum Times {
     Spread,
     /// Times of the latest samples, one time per sample, as in a filter with finite impulse response.
     EverySample,
+    /// Times that double from one sample to the slowest time that the recordings allow.
+    Doubling,
 }
 
+/// From the fastest to the slowest training, because a search may end early.
 const LEARNERS: [Regressor; 4] =
-    [Regressor::HybridKernel, Regressor::HybridNetwork, Regressor::Kernel, Regressor::Network];
+    [Regressor::HybridNetwork, Regressor::Network, Regressor::HybridKernel, Regressor::Kernel];
 
 impl Recipe {
     /// Returns a linear candidate; a `degree` above zero adds a polynomial of this degree.
@@ -146,11 +149,19 @@ pub(super) fn learned() -> Vec<Recipe> {
     for learner in LEARNERS {
         recipes.push(Recipe::learned(learner, &[], Times::Chosen));
         recipes.extend(alone.iter().map(|blocks| Recipe::learned(learner, blocks, Times::Spread)));
-        recipes.extend(pairs.iter().map(|blocks| Recipe::learned(learner, blocks, Times::Chosen)));
+        let several = pairs.iter().chain([&pasts]);
+        recipes.extend(several.map(|blocks| Recipe::learned(learner, blocks, Times::Chosen)));
     }
     let filter = |learner| Recipe::learned(learner, &[&FixedLag], Times::EverySample);
-    recipes.extend(LEARNERS[..2].iter().map(|learner| filter(*learner).of_every_sample()));
+    let hybrid = [Regressor::HybridNetwork, Regressor::HybridKernel];
+    recipes.extend(hybrid.map(|learner| filter(learner).of_every_sample()));
     recipes
+}
+
+/// Returns the network that is always trained fully: a short training does not tell how good it becomes.
+pub(super) fn always_trained() -> Recipe {
+    let recipe = Recipe::learned(Regressor::HybridNetwork, &[&FixedLag], Times::Doubling);
+    Recipe { name: format!("{} at doubling times", recipe.name), ..recipe }
 }
 
 /// Returns the feature blocks that append earlier gauge values.

@@ -26,6 +26,8 @@ use crate::{
 const GRID: usize = 12;
 /// Number of values that a feature block gets with [`Times::Spread`].
 const SPREAD: usize = 6;
+/// Maximum number of lags with [`Times::Doubling`].
+const MOST_DOUBLINGS: u32 = 12;
 /// Maximum number of lags with [`Times::EverySample`].
 const MOST_LAGS: usize = 160;
 /// Maximum number of feature columns with [`Times::EverySample`].
@@ -188,24 +190,36 @@ impl Side {
             }
             Times::Spread => spread(&study.candidates(block, search)),
             Times::EverySample => self.every_sample(),
+            Times::Doubling => self.doubling(),
         };
         let values = if values.is_empty() { block.setting().default.to_vec() } else { values };
         self.values.push((block, times, values.clone()));
         Ok(values)
     }
 
+    /// Returns the time between two samples, and a tenth of the duration of the shortest training recording (s).
+    fn shortest_and_longest_lag(&self) -> Option<(f64, f64)> {
+        let step = self.settings.decimation as f64 / self.recordings.rate_hz(Role::Train)?;
+        let training = self.recordings.entries().iter().filter(|entry| entry.role == Role::Train);
+        let secs = training.map(|entry| entry.recording.duration_secs());
+        Some((step, 0.1 * secs.fold(f64::INFINITY, f64::min)))
+    }
+
+    /// Returns lags of 1, 2, 4, 8 … samples (s), up to a tenth of the shortest recording.
+    fn doubling(&self) -> Vec<f64> {
+        let Some((step, longest)) = self.shortest_and_longest_lag() else { return Vec::new() };
+        let lags = (0..MOST_DOUBLINGS).map(|at| step * f64::from(1 << at));
+        lags.take_while(|lag| *lag <= longest).map(significant_secs).collect()
+    }
+
     /// Returns lags of 1, 2, 3 … samples (s), up to the limits for [`Times::EverySample`] and to a tenth of the shortest
     /// recording.
     fn every_sample(&self) -> Vec<f64> {
-        let Some(rate) = self.recordings.rate_hz(Role::Train) else { return Vec::new() };
-        let step = self.settings.decimation as f64 / rate;
-        let training = self.recordings.entries().iter().filter(|entry| entry.role == Role::Train);
-        let shortest =
-            training.map(|entry| entry.recording.duration_secs()).fold(f64::INFINITY, f64::min);
+        let Some((step, longest)) = self.shortest_and_longest_lag() else { return Vec::new() };
         let n_gauges = self.recordings.layout().gauge_names.len();
         let n_samples = self.recordings.n_samples(Role::Train) / self.settings.decimation;
         let columns = MOST_LAG_COLUMNS.min((MOST_LAG_WORK / n_samples.max(1)).isqrt());
-        let n = MOST_LAGS.min(columns / n_gauges.max(1)).min((0.1 * shortest / step) as usize);
+        let n = MOST_LAGS.min(columns / n_gauges.max(1)).min((longest / step) as usize);
         (1..=n).map(|lag| significant_secs(lag as f64 * step)).collect()
     }
 
