@@ -125,6 +125,8 @@ pub enum Command {
     StepThreshold(Along, i32),
     /// Applies the remedy that the strip shows.
     Remedy,
+    /// Shows the loads of the model with this number, until Escape restores the present model.
+    Compare(u64),
     /// Maximises a pane, or shows all panes again.
     ToggleMaximized(Option<Pane>),
     /// Starts or ends presenter mode: full screen, larger text and no menus.

@@ -10,7 +10,7 @@ use crate::{
     report::Table,
     scoring::score_set::ScoreSet,
     ui::{
-        command::{Out, Pane},
+        command::{Command, Out, Pane},
         controls::Controls as _,
         numbers::elided,
         pane::{Cx, PaneView},
@@ -168,6 +168,7 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
         }
         let about = "Applies the settings and the trained network or kernel of this model; undo restores the present ones";
         let is_used = ui.press_small("Use", about);
+        let mut compared = false;
         let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
             ui.reset_style(); // a field, not menu items
             let mut name = row.name.clone();
@@ -175,6 +176,11 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
             let field = ui.field("Name", field, "Name of the model in this list");
             if field.changed() {
                 say(ModelChange::Name(name));
+            }
+            let about = "Shows the loads of this model in Calibrate; Escape restores the present model";
+            if ui.press("Compare in Calibrate", about) {
+                compared = true;
+                ui.close();
             }
             if ui.press("Remove", "Removes the model from this list") {
                 say(ModelChange::Remove);
@@ -184,6 +190,9 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
         response.on_hover_text("Renames or removes this model");
         if is_used {
             out.send(Action::BringBack(row.id));
+        }
+        if compared {
+            out.send(Command::Compare(row.id));
         }
     });
 }

@@ -10,6 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use egui::{Panel, Ui};
 
 use crate::{
+    calibration::FitSettings,
     engine::{
         Action, Edit, Engine, Existing, FileContent, Level, Preferences, is_calibration,
         query::{Notify, let_window_go_first},
@@ -66,6 +67,8 @@ pub struct Shell {
     help: Help,
     pictures: Images,
     presenter: Presenter,
+    /// Settings of a model that is compared with the one before it.
+    compared: Option<Box<FitSettings>>,
     /// True once the user agreed to close the window with unsaved changes.
     closing: bool,
     title: String,
@@ -114,6 +117,7 @@ impl Shell {
             help: Help::default(),
             pictures: Images::default(),
             presenter: Presenter::default(),
+            compared: None,
             closing: false,
             title: String::new(),
             n_documents: 0,
@@ -228,6 +232,16 @@ impl Shell {
                     self.apply(command, ui);
                 }
             }
+            Command::Compare(id) => {
+                let present = self.engine.project().settings.clone();
+                self.engine.act(Action::BringBack(id));
+                let compared = Box::new(self.engine.project().settings.clone());
+                self.compared = (*compared != present).then_some(compared);
+                self.workspaces.show(Workspace::Calibrate);
+                let text =
+                    "The loads are those of the compared model. Escape restores the present model";
+                self.engine.notice(Level::Info, text);
+            }
             Command::TogglePresenter => {
                 self.presenter.is_on = !self.presenter.is_on;
                 let is_on = self.presenter.is_on;
@@ -335,6 +349,13 @@ impl Shell {
         if self.looks.as_ref() != Some(&looks) {
             appearance::apply(ui.ctx(), &looks.0, larger);
             self.looks = Some(looks);
+        }
+        // Another change of the settings ends the comparison, and keeps the model.
+        self.compared.take_if(|settings| **settings != self.engine.project().settings);
+        let is_typing = ui.ctx().text_edit_focused() || egui::Popup::is_any_open(ui.ctx());
+        let escapes = !is_typing && ui.input(|input| input.key_pressed(egui::Key::Escape));
+        if escapes && self.compared.take().is_some() {
+            self.engine.act(Action::Undo);
         }
         let title = self.engine.title();
         if title != self.title {

@@ -1042,6 +1042,26 @@ fn models_are_found_sorted_brought_back_and_saved() {
 }
 
 #[test]
+fn a_model_is_compared_until_escape() {
+    let files = Files::new();
+    let mut window = window(files.three());
+    click(&mut window, Role::Button, "Models");
+    click(&mut window, Role::Button, "Keep this model");
+    let before = state(&window).project().settings.clone();
+    click(&mut window, Role::Button, "Calibrate");
+    click(&mut window, Role::Button, "Play");
+    let present = state(&window).project().settings.clone();
+    click(&mut window, Role::Button, "Models");
+    click_first(&mut window, Role::Button, "…");
+    click(&mut window, Role::Button, "Compare in Calibrate");
+    assert_eq!(state(&window).project().settings, before);
+    assert!(shell(&window).on_screen().iter().any(|pane| pane.key == "traces"));
+    window.key_press(Key::Escape);
+    settle(&mut window);
+    assert_eq!(state(&window).project().settings, present);
+}
+
+#[test]
 fn the_map_of_thresholds_suggests_a_pair_and_sets_it() {
     let files = Files::new();
     let choices = Choices::default();
