@@ -583,9 +583,8 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
         return;
     }
     // The import page and the list of recordings take letters as roles of the selected rows.
-    let typing = context.text_edit_focused()
-        || engine.importing.is_some()
-        || recordings_panel::has_focus(context);
+    let typing = context.text_edit_focused() || engine.importing.is_some();
+    let in_list = recordings_panel::has_focus(context);
     // The space bar is left to the button that has the focus, which it presses.
     let focused = context.memory(|memory| memory.focused());
     let focused = focused.and_then(|id| context.read_response(id));
@@ -606,7 +605,9 @@ pub fn listen(context: &egui::Context, engine: &Engine, can: CanGo, out: &mut Ou
         let Some(keys) = action.keys else { continue };
         let is_for_text = [Modifiers::NONE, Modifiers::SHIFT].contains(&keys.modifiers)
             || FOR_TEXT.contains(&keys.logical_key);
-        let taken = (typing && is_for_text) || (focused && keys.logical_key == Key::Space);
+        let taken = (typing && is_for_text)
+            || (in_list && keys.modifiers.is_none())
+            || (focused && keys.logical_key == Key::Space);
         let is_function_key = (Key::F1..=Key::F12).contains(&keys.logical_key);
         if taken && !is_function_key {
             continue;

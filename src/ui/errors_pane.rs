@@ -74,7 +74,7 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
             format!("{} ({reason})", errors.on.title())
         }
         (Some(how), Some(errors)) if errors.on == ScoreSet::LeftOut => {
-            format!("Cross-validation (CV) {how}")
+            format!("CV {how}")
         }
         _ => String::new(),
     };

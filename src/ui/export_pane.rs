@@ -244,7 +244,7 @@ impl View {
         });
         place(ui, columns.file, |ui| ui.weak(format!(".{ending}")));
         if let Some(refusal) = refusal {
-            let text = Label::new(RichText::new(&refusal).weak()).truncate();
+            let text = Label::new(RichText::new(&refusal).weak().size(12.0)).wrap();
             let rest = columns.remark.with_min_x(columns.parts[0].left());
             place(ui, rest, |ui| ui.add(text)).on_hover_text(refusal);
             return;

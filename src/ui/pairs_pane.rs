@@ -60,6 +60,7 @@ struct Proposed<'a> {
     name: &'static str,
     error: String,
     words: String,
+    hover: String,
     about: &'a str,
     pair: Option<Thresholds>,
 }
@@ -77,7 +78,8 @@ fn row(ui: &mut Ui, engine: &Engine, shown: Proposed<'_>, out: &mut Out) {
                 ui.spacing_mut().item_spacing.y = 1.0;
                 ui.label(format!("{}  {}", shown.name, shown.error));
                 let words = Label::new(RichText::new(&shown.words).weak());
-                ui.add(words.truncate()).on_hover_text(&shown.words);
+                let hover = if shown.hover.is_empty() { &shown.words } else { &shown.hover };
+                ui.add(words.truncate()).on_hover_text(hover);
             },
         );
         let is_used = shown.pair == Some(engine.project().thresholds())
@@ -101,6 +103,7 @@ fn lowest(ui: &mut Ui, engine: &Engine, map: &ThresholdMap, scope: &Scope, out: 
         name: "Lowest error",
         error: String::new(),
         words: String::new(),
+        hover: String::new(),
         about: "Sets the pair of thresholds F_th and t_th with the lowest cross-validated error; test recordings are not used. The range holds all F_th whose error is not significantly larger (90 % confidence)",
         pair: None,
     };
@@ -118,7 +121,7 @@ fn lowest(ui: &mut Ui, engine: &Engine, map: &ThresholdMap, scope: &Scope, out: 
                 if found.beats_conventional {
                     shown.pair = Some(pair);
                 } else {
-                    shown.words += "; not below the uncompensated error with 90 % confidence";
+                    shown.words = "not below the uncompensated error (90 % confidence)".to_owned();
                 }
             }
             Err(reason) => shown.words = reason.to_string(),
@@ -149,7 +152,13 @@ fn mean_hysteresis(
         mark: "■",
         name: "Mean hysteresis",
         error: error.unwrap_or_default(),
-        words: study.hysteresis.in_words(|value| f_th_text(map.distance, value)),
+        words: match study.hysteresis.value {
+            Some(f_th) => {
+                format!("{}, the rule of the paper", f_th_text(map.distance, f_th))
+            }
+            None => "not measured: no load rises and falls again".to_owned(),
+        },
+        hover: study.hysteresis.in_words(|value| f_th_text(map.distance, value)),
         about: "Sets F_th near the mean hysteresis, by the rule of Koike et al. (2019), section 4.2. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
         pair,
     };

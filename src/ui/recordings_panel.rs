@@ -100,7 +100,7 @@ fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
             "Load",
             "Opens the file or folder at this path",
         ];
-        let hint = "path of a recording or calibration";
+        let hint = "path";
         if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
             out.send(Action::Open(vec![path]));
         }

@@ -46,6 +46,8 @@ use questions::Questions;
 /// Change of the text scale factor at each press of Ctrl+Plus or Ctrl+Minus.
 const TEXT_STEP: f32 = 0.1;
 const STATUS_HEIGHT: f32 = 24.0;
+/// Height of the foot of the import page and of the list of exports, which notices do not cover (points).
+const PAGE_FOOT: f32 = 100.0;
 
 /// The program window: the engine, and the state of everything on screen.
 pub struct Shell {
@@ -440,7 +442,11 @@ impl Shell {
             });
         });
         if !presents {
-            let hero = self.places.first().map_or(ui.ctx().content_rect(), |(_, place)| *place);
+            let mut hero = self.places.first().map_or(ui.ctx().content_rect(), |(_, place)| *place);
+            // The foot of these pages has the button that ends the work.
+            if self.engine.importing.is_some() || self.workspaces.shown() == Workspace::Export {
+                hero.max.y -= PAGE_FOOT;
+            }
             self.notices.show(ui, &self.engine, hero, out);
         }
         asked.into_iter().for_each(|asked| self.engine.ask_for(asked));

@@ -38,8 +38,9 @@ const NAMES_WIDTH: f32 = 104.0;
 const FIGURES_WIDTH: f32 = 76.0;
 const REMEDY_WIDTH: f32 = 168.0;
 const BAR_HEIGHT: f32 = 16.0;
-/// Width of the sentence (points) below which its letters are smaller.
+/// Widths of the sentence (points) below which its letters are smaller, and below which it is two figures.
 const NARROW_SENTENCE: f32 = 440.0;
+const LEAST_SENTENCE: f32 = 360.0;
 const GAP: f32 = 12.0;
 /// Widths of the window (points) from which the bars have these widths.
 const BARS: [(f32, f32); 3] = [(1500.0, 520.0), (1200.0, 320.0), (0.0, 180.0)];
@@ -288,7 +289,7 @@ fn sentences(
         (Some(left), false) => format!("It is mostly {left}."),
         (None, _) => match &analysis.calibration.quality.cross_validation {
             Some(how) if compared.errors.on == ScoreSet::LeftOut => {
-                format!("Cross-validation {how}.")
+                format!("CV {how}.")
             }
             _ => format!("Errors on the {} samples.", compared.errors.on.label()),
         },
@@ -301,16 +302,27 @@ fn sentences(
         let visuals = ui.visuals();
         let color = if is_worse { visuals.warn_fg_color } else { visuals.strong_text_color() };
         let size = if rect.width() < NARROW_SENTENCE { 13.0 } else { 15.0 };
-        let first = egui::Label::new(RichText::new(first).size(size).color(color));
-        ui.add(first.truncate());
+        let shown = if rect.width() < LEAST_SENTENCE && compared.is_compensated {
+            let percent = 100.0 * (errors[1] / errors[0] - 1.0);
+            let percent = format!("{percent:+.0} %").replace('-', "−");
+            format!("{} ({percent})", figures(errors, unit))
+        } else {
+            first.clone()
+        };
+        let shown = egui::Label::new(RichText::new(shown).size(size).color(color));
+        ui.add(shown.truncate()).on_hover_text(first);
         ui.add(egui::Label::new(RichText::new(second).weak()).truncate());
     });
+}
+
+fn figures([before, after]: [f64; 2], unit: &str) -> String {
+    format!("{} → {} {unit}", significant(before, 3), significant(after, 3))
 }
 
 /// Returns what the compensation does to the error, in one sentence.
 fn result([before, after]: [f64; 2], unit: &str) -> String {
     let ratio = after / before;
-    let figures = format!("{} → {} {unit}", significant(before, 3), significant(after, 3));
+    let figures = figures([before, after], unit);
     if !ratio.is_finite() {
         return format!("The error is {figures}.");
     }

@@ -25,7 +25,7 @@ fn the_text_of_a_plot_has_its_values_or_its_contents() {
     window.run_steps(3);
     let (_, printed) = plot(&window);
     assert!(printed.starts_with("Fx at ") && printed.contains(" s: Reference "), "{printed}");
-    assert!(printed.contains(", Compensated ") && printed.contains(" N error "), "{printed}");
+    assert!(printed.contains(", Compensated ") && printed.contains(" N, error "), "{printed}");
     window.remove_cursor();
     window.run_steps(3);
     let traces = &analysis(&window).traces;

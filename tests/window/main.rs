@@ -1049,7 +1049,7 @@ fn a_model_is_compared_until_escape() {
     click(&mut window, Role::Button, "Keep this model");
     let before = state(&window).project().settings.clone();
     click(&mut window, Role::Button, "Calibrate");
-    click(&mut window, Role::Button, "Play");
+    click(&mut window, Role::Button, "Creep");
     let present = state(&window).project().settings.clone();
     click(&mut window, Role::Button, "Models");
     click_first(&mut window, Role::Button, "…");
