@@ -42,7 +42,7 @@ pub struct List {
 
 enum Row<'a> {
     Group { name: &'a str, members: Vec<usize>, is_open: bool },
-    One(usize),
+    One { at: usize, is_in_group: bool },
 }
 
 impl List {
@@ -65,8 +65,10 @@ impl List {
         }
         let mut rows = Vec::new();
         for (name, members) in groups {
-            let alone = members.iter().map(|at| Row::One(*at));
-            match name.filter(|_| members.len() > 1) {
+            let name = name.filter(|_| members.len() > 1);
+            let is_in_group = name.is_some();
+            let alone = members.iter().map(|at| Row::One { at: *at, is_in_group });
+            match name {
                 Some(name) => {
                     let usual = entries.len() <= FEW || !filter.is_empty();
                     let is_open = self.open.get(name).copied().unwrap_or(usual);
@@ -88,13 +90,13 @@ impl List {
             }
         } else {
             let place = |wanted: usize| {
-                rows.iter().position(|row| matches!(row, Row::One(at) if *at == wanted))
+                rows.iter().position(|row| matches!(row, Row::One { at, .. } if *at == wanted))
             };
             let ends = place(at).zip(place(self.from)).filter(|_| held.shift);
             let (a, b) = ends.unwrap_or_default();
             let between = rows.iter().take(a.max(b) + 1).skip(a.min(b));
             let between = between.filter_map(|row| match row {
-                Row::One(at) if ends.is_some() => Some(*at),
+                Row::One { at, .. } if ends.is_some() => Some(*at),
                 _ => None,
             });
             self.selected = between.chain([at]).collect();
@@ -163,10 +165,9 @@ pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                 Row::Group { name, members, is_open } => {
                     group_row(ui, &shown, list, (name, members, *is_open), &places, out);
                 }
-                Row::One(at) => {
-                    let is_inside = engine.entries().len() > 1 && rows.len() > 1;
+                Row::One { at, is_in_group } => {
                     let name = places.name;
-                    let indent = if is_inside { MARK_WIDTH } else { 0.0 };
+                    let indent = if *is_in_group { MARK_WIDTH } else { 0.0 };
                     let name_place = name.with_min_x(name.left() + indent);
                     if list.selected.contains(at) {
                         let color = ui.visuals().selection.bg_fill;
