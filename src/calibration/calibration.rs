@@ -177,8 +177,13 @@ pub struct Calibration {
     pub offset: bool,
     /// Decimation n of the fit: every n-th sample was used.
     pub decimation: usize,
-    /// Longest time between samples that is not a pause (s). After a pause, the states of all feature blocks start anew.
+    /// Longest time between samples that is not a pause (s).
     pub gap_secs: f64,
+    /// Longest pause (s) after which a memory of feature blocks is kept, by the name of the memory; see
+    /// [`measured_pauses`](crate::calibration::measured_pauses). After a longer pause, it starts anew. A memory that is missing
+    /// starts anew after every pause.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub keep_secs: BTreeMap<String, f64>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
     pub history_step_secs: f64,
     /// Largest load of each axis for which the calibration is known: the rated load, or else 1.2 times the largest training
@@ -377,6 +382,11 @@ impl Calibration {
     /// Returns the median time between samples of the training recordings (s), if known.
     pub fn step_secs(&self) -> Option<f64> {
         self.rate_hz.map(f64::recip)
+    }
+
+    /// Returns the longest pause (s) after which this memory is kept; see [`Block::memory`](crate::features::Block::memory).
+    pub(crate) fn keep_secs_of(&self, memory: &str) -> f64 {
+        self.keep_secs.get(memory).map_or(self.gap_secs, |secs| secs.max(self.gap_secs))
     }
 
     /// Returns the regressor and the features in words.

@@ -9,7 +9,7 @@ pub(crate) mod fit;
 pub(crate) mod travels;
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
 use std::time::Duration;
 
@@ -521,6 +521,7 @@ impl Dataset {
             offset: settings.offset,
             decimation: settings.decimation,
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
+            keep_secs: BTreeMap::new(),
             history_step_secs,
             limits: limits.collect(),
             gauge_limits: gauge_limits(&training),
