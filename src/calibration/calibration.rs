@@ -227,6 +227,9 @@ pub struct Calibration {
 /// Stands for an unknown limit: above every gauge reading and load, but within the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
 
+/// Longest pause after which a memory can be kept (s), within the range of the 32-bit clock of exported code.
+const LONGEST_KEPT_SECS: f64 = 1000.0;
+
 /// Returns the default minimum time between stored earlier samples (s): about a third of the time between recorded samples.
 /// So jitter drops no sample, and a robot that samples faster needs hardly more memory.
 pub(crate) fn history_step_by_rate(rate_hz: Option<f64>) -> f64 {
@@ -386,7 +389,8 @@ impl Calibration {
 
     /// Returns the longest pause (s) after which this memory is kept; see [`Block::memory`](crate::features::Block::memory).
     pub(crate) fn keep_secs_of(&self, memory: &str) -> f64 {
-        self.keep_secs.get(memory).map_or(self.gap_secs, |secs| secs.max(self.gap_secs))
+        let secs = self.keep_secs.get(memory).copied().unwrap_or_default();
+        secs.min(LONGEST_KEPT_SECS).max(self.gap_secs)
     }
 
     /// Returns the regressor and the features in words.

@@ -50,6 +50,8 @@ pub(crate) fn measured_pauses<'a>(
     let prepared: Result<Vec<_>, _> =
         decimated.iter().map(|recording| calibration.prepared(recording)).collect();
     let Ok(recordings) = prepared else { return Ok(longest) };
+    // A pause of this duration makes a time step that is longer by the time between two samples.
+    let step_secs = calibration.step_secs().unwrap_or(0.0) * calibration.decimation as f64;
     for pause_secs in PAUSES_SECS.into_iter().filter(|secs| *secs > calibration.gap_secs) {
         let runs: Vec<Run<'_>> =
             recordings.iter().filter_map(|recording| Run::of(recording, pause_secs)).collect();
@@ -63,7 +65,7 @@ pub(crate) fn measured_pauses<'a>(
             let others: Vec<&str> = kept.iter().copied().filter(|other| *other != memory).collect();
             let (_, without) = with(&others)?;
             if blocks.is_below(&best, &without, 1.0) {
-                longest.insert(memory.to_owned(), pause_secs);
+                longest.insert(memory.to_owned(), pause_secs + step_secs);
             } else {
                 (kept, best) = (others, without);
             }
@@ -163,4 +165,117 @@ fn squares(
         squares.push(square);
     }
     Ok((blocks, squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::{FitSettings, RidgeChoice, Status};
+    use crate::features::{Blocks, FeatureSettings, Play, Thresholds};
+    use crate::questions::{Request, train};
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, RecordingSet, Role, Source};
+
+    /// Returns recordings of a gauge with a play of ± 0.3 N at 20 Hz, whose load goes to and fro between random turning points at
+    /// this speed (N/s).
+    fn sensor(speed: f64) -> Vec<Recording> {
+        let recording = |at: u64| {
+            let mut random = Random::new(3, &[at]);
+            let (mut load, mut goal, mut play) = (0.0, 1.0, 0.0);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for _ in 0..6000 {
+                let left: f64 = goal - load;
+                load += left.clamp(-speed / 20.0, speed / 20.0);
+                if left.abs() < speed / 20.0 {
+                    goal = -goal.signum() * (0.8 + 0.4 * random.uniform());
+                }
+                play = f64::clamp(play, load - 0.3, load + 0.3);
+                gauges.push(2.0 * load + play + 0.01 * random.normal());
+                loads.push(load);
+            }
+            let times = (0..6000).map(|k| f64::from(k) / 20.0).collect();
+            let (name, names) = (format!("r{at}"), vec!["S1".to_owned()]);
+            Recording::new(name, Source::Simulated, times, names, gauges, vec![Axis::Fz], loads)
+        };
+        (0..4).map(|at| recording(at).unwrap()).collect()
+    }
+
+    fn fitted(recordings: &[Recording], features: FeatureSettings) -> Calibration {
+        let mut set = RecordingSet::default();
+        for recording in recordings {
+            set.push(Entry::new(recording.clone(), Role::Train)).unwrap();
+        }
+        let settings = FitSettings { features, ridge: RidgeChoice::Auto, ..FitSettings::default() };
+        let request = Request::fit(Arc::new(set), settings);
+        train(&request, &Progress::default(), &mut |_| {}).unwrap()
+    }
+
+    fn play() -> FeatureSettings {
+        FeatureSettings {
+            blocks: Blocks::default().with(&Play, &[0.1, 0.2, 0.4]),
+            ..FeatureSettings::present()
+        }
+    }
+
+    /// The load turns once in 20 s. So the position of the play is mostly still true after 5 s.
+    #[test]
+    fn play_is_kept_through_pauses_in_which_the_load_hardly_turns() {
+        let recordings = sensor(0.1);
+        let calibration = fitted(&recordings, play());
+        assert_eq!(calibration.gap_secs, 1.0);
+        let found = measured_pauses(&calibration, recordings.iter(), &Progress::default());
+        assert!(found.unwrap()["play_radii"] >= 5.0);
+        let short = recordings[0].segment(0..100);
+        let found = measured_pauses(&calibration, [&short].into_iter(), &Progress::default());
+        assert_eq!(found, Ok(BTreeMap::new()));
+        let progress = Progress::default();
+        progress.cancel();
+        assert_eq!(measured_pauses(&calibration, recordings.iter(), &progress), Err(Cancelled));
+    }
+
+    /// The load turns every second. So after a pause, the past sample of the look-back is on the wrong side in half of the cases.
+    #[test]
+    fn a_look_back_is_forgotten_where_keeping_it_would_be_worse() {
+        let recordings = sensor(2.0);
+        let features = FeatureSettings {
+            look_backs: vec![Thresholds { f_th: 0.7, t_th_secs: 60.0 }],
+            ..FeatureSettings::present()
+        };
+        let calibration = fitted(&recordings, features);
+        let runs: Vec<Run<'_>> =
+            recordings.iter().map(|recording| Run::of(recording, 5.0).unwrap()).collect();
+        let error = |kept: &[&str]| {
+            let (_, squares) = squares(&calibration, kept, &runs, &Progress::default()).unwrap();
+            squares.iter().sum::<f64>()
+        };
+        assert!(error(&["stored_samples"]) > error(&[]));
+        let found = measured_pauses(&calibration, recordings.iter(), &Progress::default());
+        assert!(found.unwrap().get("stored_samples").is_none_or(|secs| *secs < 5.0));
+    }
+
+    /// The load rests in the pause. So the loads with kept states are those without the pause, and those of new states are not.
+    #[test]
+    fn kept_play_goes_on_as_if_the_load_had_rested() {
+        let recordings = sensor(0.1);
+        let mut calibration = fitted(&recordings, play());
+        let design = calibration.design();
+        let run = |calibration: &Calibration, pause_secs: f64| -> Vec<(Status, f64)> {
+            let mut estimator = Estimator::new(calibration, &design).unwrap();
+            let samples = (0..2000).map(|k| {
+                let time = recordings[0].times()[k] + if k < 1000 { 0.0 } else { pause_secs };
+                let (status, load) = estimator.update(time, recordings[0].gauges_at(k)).unwrap();
+                (status, load[0])
+            });
+            samples.collect()
+        };
+        let whole = run(&calibration, 0.0);
+        assert_ne!(run(&calibration, 4.0)[1000].1, whole[1000].1);
+        calibration.keep_secs.insert("play_radii".to_owned(), 5.0);
+        let kept = run(&calibration, 4.0);
+        assert!(kept.iter().zip(&whole).all(|(kept, whole)| kept.1 == whole.1));
+        assert!(kept[1000].0.has(Status::AFTER_GAP));
+        assert_ne!(run(&calibration, 5.0)[1000].1, whole[1000].1);
+    }
 }
