@@ -342,7 +342,7 @@ impl Calibration {
             },
             offset: self.offset,
             decimation: self.decimation,
-            history_rate_hz: if is_whole { 0.0 } else { 1.0 / self.history_step_secs },
+            history_rate_hz: Some(if is_whole { 0.0 } else { 1.0 / self.history_step_secs }),
             full_scale: rated.map(|(load, is_rated)| is_rated.then_some(load)).collect(),
             ..FitSettings::default()
         }
