@@ -706,7 +706,7 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
     if (!{{ PREFIX }}_IS_REJECTED(status)) {
         s->time = time + s->wrapped;
 #if LOOPSCOPE_FLOAT
-        if (step <= {{ PREFIX }}_CLOCK_SECS)
+        if (({{ prefix }}_real)step <= {{ PREFIX }}_CLOCK_SECS)
             s->clock += (uint32_t)(step * LOOPSCOPE_TICKS_PER_SECOND + 0.5);
 #else
         s->clock = s->time;
