@@ -189,7 +189,7 @@ mod tests {
                 let left: f64 = goal - load;
                 load += left.clamp(-speed / 20.0, speed / 20.0);
                 if left.abs() < speed / 20.0 {
-                    goal = -goal.signum() * (0.8 + 0.4 * random.uniform());
+                    goal = -goal.signum() * random.between(0.8, 1.2);
                 }
                 play = f64::clamp(play, load - 0.3, load + 0.3);
                 gauges.push(2.0 * load + play + 0.01 * random.normal());

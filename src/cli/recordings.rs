@@ -159,7 +159,6 @@ impl FitArgs {
         let request = Request::fit(Arc::new(recordings), settings);
         Ok(FitInputs { request, sensor, limits })
     }
-
 }
 
 /// Prints the rate at which earlier samples are stored, if the fit chooses one; see [`coarse_history`].

@@ -96,7 +96,10 @@ impl Dataset {
         progress: &Progress,
     ) -> Result<Option<CoarseHistory>, AnalysisError> {
         let blank = |rate_hz| {
-            self.blank_calibration(&FitSettings { history_rate_hz: Some(rate_hz), ..settings.clone() })
+            self.blank_calibration(&FitSettings {
+                history_rate_hz: Some(rate_hz),
+                ..settings.clone()
+            })
         };
         let whole = Footprint::of(&blank(0.0)?);
         if !whole.is_large() {

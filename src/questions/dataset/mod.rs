@@ -27,9 +27,7 @@ use crate::{
     panicked::locked,
     progress::{Cancelled, Progress},
     questions::{
-        dataset::{
-            applied::Applied, auxiliary_inputs::AuxiliaryInputs, history::CoarseHistory,
-        },
+        dataset::{applied::Applied, auxiliary_inputs::AuxiliaryInputs, history::CoarseHistory},
         error::AnalysisError,
     },
     recording::{
