@@ -59,8 +59,7 @@ pub(crate) struct Key {
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Largest load for which a calibration is valid, as a multiple of the largest training load. If a rated load was entered, it
-/// is used instead.
+/// Largest load for which a calibration is valid, as a multiple of the largest training load, if no rated load was entered.
 const BEYOND_TRAINING: f64 = 1.2;
 
 /// Paths of the conventional loads of all recordings, in which the look-back searches earlier gauge values. They are for one
@@ -509,8 +508,10 @@ impl Dataset {
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
         let limits = self.largest.iter().enumerate();
-        let limits =
-            limits.map(|(axis, largest)| entered(axis).unwrap_or(BEYOND_TRAINING * largest));
+        let limits = limits.map(|(axis, largest)| match entered(axis) {
+            Some(rated) => rated.max(*largest),
+            None => BEYOND_TRAINING * largest,
+        });
         features.distance = features.distance.effective(&layout.axes);
         let conventional =
             self.conventional.as_ref().expect("a fit prepares the conventional calibration");
