@@ -1,7 +1,7 @@
 //! Measures how long a pause may be for the states of feature blocks to be worth keeping.
 //!
-//! Guarantees: a memory is kept only after pauses for which the load errs less with the kept state than with a new one, with
-//! 90 % confidence, on training recordings with artificial pauses. The number of samples is bounded.
+//! Guarantees: a memory is kept only after pauses for which the load errs less with the kept state than with a new one, on
+//! training recordings with artificial pauses. No single pause decides. The number of samples is bounded.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,8 @@ pub(crate) fn measured_pauses<'a>(
         for memory in kept.clone() {
             let others: Vec<&str> = kept.iter().copied().filter(|other| *other != memory).collect();
             let (_, without) = with(&others)?;
-            if blocks.is_below(&best, &without, 1.0) {
+            let compared = blocks.compare(&best, &without);
+            if compared.difference < 0.0 && compared.trimmed < 0.0 {
                 longest.insert(memory.to_owned(), pause_secs + step_secs);
             } else {
                 (kept, best) = (others, without);
