@@ -297,14 +297,9 @@ static inline {{ prefix }}_real {{ prefix }}_expm1({{ prefix }}_real x)
 #endif
 }
 
-/* Clears the history. */
+/* Clears the history. Each block starts anew with the next sample. */
 static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {
-{% for block in blocks %}
-{% for memory in block.source.memory %}
-    memset(s->{{ memory.name }}, 0, sizeof s->{{ memory.name }});
-{% endfor %}
-{% endfor %}
 {% if ring %}
     s->kept = 0;
 {% endif %}
