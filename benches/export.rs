@@ -33,6 +33,7 @@ fn main() {
         ),
         ("every block", FeatureSettings { blocks: polynomial, ..FeatureSettings::default() }, 0.0),
     ] {
+        let history_rate_hz = Some(history_rate_hz);
         let settings = FitSettings { features, history_rate_hz, ..FitSettings::default() };
         let request = Request::fit(Arc::clone(&recordings), settings);
         let calibration = train(&request, &Progress::default(), &mut |_| {})

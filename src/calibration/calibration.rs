@@ -177,12 +177,17 @@ pub struct Calibration {
     pub offset: bool,
     /// Decimation n of the fit: every n-th sample was used.
     pub decimation: usize,
-    /// Longest time between samples that is not a pause (s). After a pause, the states of all feature blocks start anew.
+    /// Longest time between samples that is not a pause (s).
     pub gap_secs: f64,
+    /// Longest pause (s) after which a memory of feature blocks is kept, by the name of the memory; see
+    /// [`measured_pauses`](crate::calibration::measured_pauses). After a longer pause, it starts anew. A memory that is missing
+    /// starts anew after every pause.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub keep_secs: BTreeMap<String, f64>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
     pub history_step_secs: f64,
-    /// Largest load of each axis for which the calibration is known: the rated load, or else 1.2 times the largest training
-    /// load. Zero or missing if unknown.
+    /// Largest load of each axis for which the calibration is known: the rated load or the largest training load if that is
+    /// greater, or without a rated load 1.2 times the largest training load. Zero or missing if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
     /// Minimum and maximum valid reading of each gauge; `None` for an unknown limit, empty if all limits are unknown.
@@ -221,6 +226,9 @@ pub struct Calibration {
 
 /// Stands for an unknown limit: above every gauge reading and load, but within the range of single precision.
 pub(crate) const NEVER_REACHED: f64 = 1e30;
+
+/// Longest pause after which a memory can be kept (s), within the range of the 32-bit clock of exported code.
+const LONGEST_KEPT_SECS: f64 = 1000.0;
 
 /// Returns the default minimum time between stored earlier samples (s): about a third of the time between recorded samples.
 /// So jitter drops no sample, and a robot that samples faster needs hardly more memory.
@@ -334,7 +342,7 @@ impl Calibration {
             },
             offset: self.offset,
             decimation: self.decimation,
-            history_rate_hz: if is_whole { 0.0 } else { 1.0 / self.history_step_secs },
+            history_rate_hz: Some(if is_whole { 0.0 } else { 1.0 / self.history_step_secs }),
             full_scale: rated.map(|(load, is_rated)| is_rated.then_some(load)).collect(),
             ..FitSettings::default()
         }
@@ -377,6 +385,12 @@ impl Calibration {
     /// Returns the median time between samples of the training recordings (s), if known.
     pub fn step_secs(&self) -> Option<f64> {
         self.rate_hz.map(f64::recip)
+    }
+
+    /// Returns the longest pause (s) after which this memory is kept; see [`Block::memory`](crate::features::Block::memory).
+    pub(crate) fn keep_secs_of(&self, memory: &str) -> f64 {
+        let secs = self.keep_secs.get(memory).copied().unwrap_or_default();
+        secs.min(LONGEST_KEPT_SECS).max(self.gap_secs)
     }
 
     /// Returns the regressor and the features in words.

@@ -12,7 +12,7 @@ use crate::{
         learned::LearnedScratch,
         status::Status,
     },
-    features::{Design, FeatureStream, LiveLookBack},
+    features::{Design, FeatureStream, LiveLookBack, STORED_SAMPLES},
     recording::gap::{LEAP_SECS, after_wrap},
 };
 
@@ -130,7 +130,8 @@ impl<'a> Estimator<'a> {
     /// A time is implausible if it is before the last time, or more than [`LEAP_SECS`] after it, unless a 32-bit time counter
     /// has wrapped to zero. A sample with an implausible time is refused. The [`STRAYS`]th such sample in a row is accepted
     /// as the first sample after a clock reset. A repeated time counts as no elapsed time. A time step above
-    /// [`Calibration::gap_secs`] counts as a pause, after which all states start anew.
+    /// [`Calibration::gap_secs`] counts as a pause, after which the states start anew that [`Calibration::keep_secs`] does not
+    /// keep.
     ///
     /// # Errors
     /// [`SampleError`] if the sample cannot be used. The state then stays as after the last good sample.
@@ -220,8 +221,8 @@ impl<'a> Estimator<'a> {
         }
     }
 
-    /// Checks the numbers and the time of a new sample, and returns its status. After a pause or a clock reset, all states
-    /// are cleared.
+    /// Checks the numbers and the time of a new sample, and returns its status. After a clock reset, all states are cleared;
+    /// after a pause, those that are not kept.
     fn judge(
         &mut self,
         time: f64,
@@ -250,7 +251,12 @@ impl<'a> Estimator<'a> {
             if step <= gap_secs {
                 return Ok(Status::OK);
             }
-            self.forget();
+            let is_kept = |memory| step <= self.calibration.keep_secs_of(memory);
+            self.stream
+                .resume(time + self.wrapped_secs, |block| block.memory().is_some_and(is_kept));
+            if !is_kept(STORED_SAMPLES) {
+                self.look_back = look_back(self.calibration);
+            }
             return Ok(Status::AFTER_GAP);
         }
         self.strays += 1;

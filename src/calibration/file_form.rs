@@ -40,6 +40,8 @@ impl Calibration {
             let names = std::mem::take(&mut map.names_in_file);
             check_features(field, &map.names(gauges), &names)?;
         }
+        let memories = calibration.features.memories();
+        calibration.keep_secs.retain(|memory, _| memories.contains(&&**memory));
         let (n_axes, n_columns) = (calibration.axes.len(), calibration.columns().len());
         let known = calibration.quality.coefficients.take();
         calibration.quality.coefficients = known.filter(|known| known.is_of(n_axes, n_columns));

@@ -20,6 +20,7 @@ mod linear_map;
 pub mod network;
 mod no_cross_validation;
 mod normal_equations;
+mod pauses;
 mod settings;
 mod starts;
 mod status;
@@ -56,6 +57,7 @@ pub(crate) use network::{
 pub use network::{Network, NetworkSettings};
 pub(crate) use no_cross_validation::NoCrossValidation;
 pub(crate) use normal_equations::NormalEquations;
+pub(crate) use pauses::measured_pauses;
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use starts::scatter_of_starts;

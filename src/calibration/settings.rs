@@ -74,9 +74,9 @@ pub struct FitSettings {
     pub offset: bool,
     /// Decimation of the recordings; see [`DECIMATION`].
     pub decimation: usize,
-    /// Number of earlier samples per second that are stored for look-backs and lags (Hz); see
-    /// [`HISTORY_RATE`](crate::features::HISTORY_RATE).
-    pub history_rate_hz: f64,
+    /// Number of earlier samples per second that are stored for look-backs and lags (Hz), 0 for all; see
+    /// [`HISTORY_RATE`](crate::features::HISTORY_RATE). With `None`, the fit chooses the rate.
+    pub history_rate_hz: Option<f64>,
     /// Full scale of each axis, in its unit. Missing or `None` entries are derived from the loads in the training recordings.
     pub full_scale: Vec<Option<f64>>,
     /// Reference values of auxiliary channels (such as temperature) by name: the values at which the channels have no effect
@@ -95,7 +95,7 @@ impl Default for FitSettings {
             kernel: KernelSettings::default(),
             offset: OFFSET.number() > 0.0,
             decimation: DECIMATION.number() as usize,
-            history_rate_hz: HISTORY_RATE.number(),
+            history_rate_hz: None,
             full_scale: Vec::new(),
             auxiliary_references: BTreeMap::new(),
         }
@@ -216,7 +216,7 @@ impl FitSettings {
             RIDGE.check(strength)?;
         }
         DECIMATION.check(self.decimation as f64)?;
-        HISTORY_RATE.check(self.history_rate_hz)?;
+        self.history_rate_hz.map_or(Ok(()), |rate_hz| HISTORY_RATE.check(rate_hz))?;
         for (at, value) in self.full_scale.iter().enumerate() {
             if let Some(value) = *value
                 && !(value > 0.0 && value.is_finite())

@@ -47,6 +47,7 @@ impl Calibration {
         let errors = self.quality.coefficients.iter();
         let errors: Vec<f64> = errors.flat_map(|known| known.standard.concat()).collect();
         let scale = &self.gauge_scale;
+        let keep: Vec<f64> = self.keep_secs.values().copied().collect();
         let (rate, run) = (self.rate_hz.as_slice(), scale.run_secs.as_slice());
         let n_travels = if scale.travel.is_empty() { 0 } else { n_gauges };
         let n_limits = if self.limits.is_empty() { 0 } else { n_axes };
@@ -61,6 +62,7 @@ impl Calibration {
             ("gauge_limits", ends.len(), &ends, -LARGEST),
             ("quality.coefficients", errors.len(), &errors, -LARGEST),
             ("gap_secs", 1, &[self.gap_secs], f64::MIN_POSITIVE),
+            ("keep_secs", keep.len(), &keep, 0.0),
             ("history_step_secs", 1, &[self.history_step_secs], 0.0),
             ("rate_hz", rate.len(), rate, f64::MIN_POSITIVE),
         ] {

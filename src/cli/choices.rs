@@ -202,7 +202,7 @@ pub struct CommonArgs {
     pub full_scale: Option<List>,
     #[arg(long = OFFSET.option, help = format!("Switch off: {}", OFFSET.help()))]
     pub no_offset: bool,
-    #[arg(long = HISTORY_RATE.option, help = history_help(), value_name = HISTORY_RATE.unit.placeholders[0],
+    #[arg(long = HISTORY_RATE.option, help = HISTORY_RATE.help(), value_name = HISTORY_RATE.unit.placeholders[0],
         allow_negative_numbers = true, help_heading = HEADING)]
     history_rate: Option<f64>,
     #[arg(long = DECIMATION.option, help = with_default(&DECIMATION), value_name = "N", allow_negative_numbers = true)]
@@ -225,7 +225,7 @@ impl CommonArgs {
             },
             offset: !self.no_offset,
             decimation: self.decimate.unwrap_or(FitSettings::default().decimation),
-            history_rate_hz: self.history_rate.unwrap_or(HISTORY_RATE.number()),
+            history_rate_hz: self.history_rate,
             full_scale: full_scale.copied().map(Some).collect(),
             ..FitSettings::default()
         }
@@ -341,13 +341,6 @@ fn with_default(setting: &Setting) -> String {
     format!("{} [default: {}]", setting.help(), setting.number())
 }
 
-fn history_help() -> String {
-    format!(
-        "{} [default: 0; fit and report: the highest rate that fits into 64 kB on a controller, if the error of no axis grows by more than 2 % with it]",
-        HISTORY_RATE.help()
-    )
-}
-
 fn f_th_help() -> String {
     let [newtons, share] = Distance::ALL.map(|distance| Thresholds::default_for(distance).f_th);
     format!(
@@ -393,10 +386,6 @@ pub struct ModelArgs {
 impl ModelArgs {
     pub fn rated(&self) -> Rated {
         self.choices.blocks.common.rated()
-    }
-
-    pub fn is_history_given(&self) -> bool {
-        self.choices.blocks.common.history_rate.is_some()
     }
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
@@ -485,8 +474,8 @@ pub fn fit_arguments(settings: &FitSettings) -> String {
     if settings.decimation != default.decimation {
         option(DECIMATION.option, settings.decimation.to_string());
     }
-    if settings.features.has_history() {
-        option(HISTORY_RATE.option, settings.history_rate_hz.to_string());
+    if let Some(rate_hz) = settings.history_rate_hz {
+        option(HISTORY_RATE.option, rate_hz.to_string());
     }
     let full_scale: Option<Vec<f64>> = settings.full_scale.iter().copied().collect();
     if let Some(full_scale) = full_scale.filter(|list| !list.is_empty()) {

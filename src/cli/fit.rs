@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::error::JobError;
 use super::exports::{check_determined, check_endings, check_formats, export, exported_help};
 use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, keep_limits};
+use super::recordings::{FitArgs, FitInputs, keep_limits, note_history};
 use super::run::{Run, Work, examples};
 use super::traces::TraceArgs;
 use super::values::named_file;
@@ -71,10 +71,10 @@ impl Work for FitJob {
         // The names of the output files are checked before the fit, so that no time is lost if one is wrong.
         check_endings(&self.export)?;
         self.traces.check()?;
-        let FitInputs { mut request, sensor, limits } = self.fit.read(run)?;
+        let FitInputs { request, sensor, limits } = self.fit.read(run)?;
         let layout = request.recordings.layout();
         check_formats(&self.export, &Outline::of_fit(&request.settings, layout))?;
-        self.fit.choose_history(run, &mut request)?;
+        note_history(run, &request)?;
         let all = || request.recordings.entries().iter().map(|entry| &*entry.recording);
         let step = request.settings.decimation;
         let cost = cross_validation_cost(&request.settings);

@@ -159,19 +159,14 @@ impl FitArgs {
         let request = Request::fit(Arc::new(recordings), settings);
         Ok(FitInputs { request, sensor, limits })
     }
+}
 
-    /// Chooses the rate at which earlier samples are stored, unless `--history-rate` gives it, before anything is scored; see
-    /// [`coarse_history`].
-    pub fn choose_history(&self, run: &Run, request: &mut Request) -> Result<(), JobError> {
-        if self.model.is_history_given() {
-            return Ok(());
-        }
-        if let Some(coarse) = coarse_history(request, &run.progress)? {
-            run.say.note(format_args!("{coarse}; --history-rate 0 stores all samples"));
-            request.settings.history_rate_hz = coarse.rate_hz;
-        }
-        Ok(())
+/// Prints the rate at which earlier samples are stored, if the fit chooses one; see [`coarse_history`].
+pub fn note_history(run: &Run, request: &Request) -> Result<(), JobError> {
+    if let Some(coarse) = coarse_history(request, &run.progress)? {
+        run.say.note(format_args!("{coarse}; --history-rate 0 stores all samples"));
     }
+    Ok(())
 }
 
 #[derive(Debug, Args)]

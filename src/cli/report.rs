@@ -8,7 +8,7 @@ use clap::Args;
 use super::error::{JobError, usage};
 use super::exports::stored;
 use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
+use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history};
 use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::{
@@ -90,7 +90,7 @@ impl Work for ReportJob {
         request.factory = factory.map(Arc::new);
         match stored {
             Some(calibration) => apply_stored(&mut request, calibration, &run.progress)?,
-            None => self.fit.choose_history(run, &mut request)?,
+            None => note_history(run, &request)?,
         }
         let asked = ReportRequest {
             request,

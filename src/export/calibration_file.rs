@@ -115,6 +115,7 @@ pub fn read_with_notes(path: &Path) -> Result<(Calibration, Vec<String>), ReadCa
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
     use std::fs;
 
     use super::*;
@@ -149,6 +150,7 @@ mod tests {
             offset,
             decimation: 1,
             gap_secs: 1.0,
+            keep_secs: BTreeMap::from([("stored_samples".to_owned(), 2.5)]),
             history_step_secs: 0.0,
             limits: Vec::new(),
             gauge_limits: Vec::new(),

@@ -36,6 +36,13 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
         fields.push(field("identity", item.key(), item.label(), Text(text.to_owned())));
     }
     fields.extend(of_features(calibration));
+    let keep = "longest pause after which this memory is kept (s)";
+    let kept = calibration.features.memories().into_iter();
+    fields.extend(
+        kept.map(|memory| {
+            field("keep_secs", memory, keep, Number(calibration.keep_secs_of(memory)))
+        }),
+    );
     let scale = &calibration.gauge_scale;
     for (name, numbers) in [
         ("shift", &scale.shift),

@@ -58,6 +58,12 @@ pub trait Block: Send + Sync {
         0.0
     }
 
+    /// Returns the name of the memory in which the block keeps its state, in calibration files. Blocks with the same name share
+    /// a memory; `None` if the block has no state.
+    fn memory(&self) -> Option<&'static str> {
+        Some(self.setting().key)
+    }
+
     /// Returns the block's state before the first sample.
     fn stream(&self, values: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream>;
 
@@ -69,6 +75,9 @@ pub trait Block: Send + Sync {
         None
     }
 }
+
+/// Name of the memory of the samples that look-backs and lags share.
+pub(crate) const STORED_SAMPLES: &str = "stored_samples";
 
 /// Kind of regression columns that a feature block appends to the present gauges.
 #[derive(Clone, Copy, Debug)]
@@ -97,6 +106,10 @@ pub trait Stream: fmt::Debug + Send + Sync {
     /// Updates the state with the next sample and writes the columns of the block to `out`. Past gauges are written as they
     /// are, not relative to the present gauges.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
+
+    /// Keeps the state through a pause that ends with the next sample, at this time (s). Without a method of its own, a block
+    /// takes the pause as a long time step.
+    fn resume(&mut self, _time: f64) {}
 
     /// Returns the squared error of the load by what the samples so far do not tell of the states. `effects` are those of
     /// [`Block::effects`].

@@ -122,6 +122,19 @@ impl Design {
         groups
     }
 
+    /// Returns the feature blocks with columns: each block with its values and its number of columns.
+    fn blocks_with_columns(&self) -> impl Iterator<Item = (&'static dyn Block, &[f64], usize)> {
+        let blocks = self.features.blocks.used().map(|(block, values)| {
+            (block, values, self.features.n_columns_of(block, values, self.n_gauges()))
+        });
+        blocks.filter(|(.., n_columns)| *n_columns > 0)
+    }
+
+    fn inputs(&self) -> Inputs<'_> {
+        let Self { features, scale, history_step_secs, .. } = self;
+        Inputs { scale, channels: &features.auxiliary, history_step_secs: *history_step_secs }
+    }
+
     /// Returns the indices of the columns that belong to look-backs.
     pub fn look_backs(&self) -> Range<usize> {
         let g = self.n_gauges();
@@ -211,21 +224,29 @@ fn is_auxiliary(column: Column) -> bool {
 #[derive(Debug)]
 pub struct FeatureStream<'a> {
     design: &'a Design,
-    /// Number of columns and memory of each feature block in use.
+    /// Number of columns and state of each feature block in use.
     blocks: Vec<(usize, Box<dyn Stream>)>,
 }
 
 impl<'a> FeatureStream<'a> {
     /// Creates the memory of all feature blocks as it is before the first sample.
     pub fn new(design: &'a Design) -> Self {
-        let Design { features, scale, history_step_secs, .. } = design;
-        let channels = &features.auxiliary[..];
-        let inputs = Inputs { scale, channels, history_step_secs: *history_step_secs };
-        let blocks = features.blocks.used().filter_map(|(block, values)| {
-            let n_columns = features.n_columns_of(block, values, design.n_gauges());
-            (n_columns > 0).then(|| (n_columns, block.stream(values, &inputs)))
-        });
+        let blocks = design.blocks_with_columns();
+        let blocks = blocks
+            .map(|(block, values, n_columns)| (n_columns, block.stream(values, &design.inputs())));
         Self { design, blocks: blocks.collect() }
+    }
+
+    /// Ends a pause with the next sample, at this time (s). Feature blocks whose memory is not kept start anew.
+    pub fn resume(&mut self, time: f64, is_kept: impl Fn(&dyn Block) -> bool) {
+        let blocks = self.design.blocks_with_columns();
+        for ((_, stream), (block, values, _)) in self.blocks.iter_mut().zip(blocks) {
+            if is_kept(block) {
+                stream.resume(time);
+            } else {
+                *stream = block.stream(values, &self.design.inputs());
+            }
+        }
     }
 
     /// Returns the squared error of the load by what the samples so far do not tell of the blocks' states. `effects` has one

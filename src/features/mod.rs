@@ -22,7 +22,7 @@ mod setting;
 mod settings;
 mod source;
 
-pub(crate) use block::{Appends, Block, Lists, Search};
+pub(crate) use block::{Appends, Block, Lists, STORED_SAMPLES, Search};
 pub(crate) use blocks::BLOCKS;
 pub use blocks::{Auxiliary, Creep, FixedLag, Play, Polynomial};
 pub(crate) use channel::{AuxiliaryChannel, named};

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Value, from_value};
 
 use crate::features::{
-    block::{Appends, Block},
+    block::{Appends, Block, STORED_SAMPLES},
     blocks::{Auxiliary, BLOCKS},
     channel::AuxiliaryChannel,
     column::{Column, History},
@@ -202,6 +202,17 @@ impl FeatureSettings {
     pub fn has_memory(&self) -> bool {
         let is_low_passed = |tau_secs: &f64| *tau_secs > 0.0 && !self.auxiliary.is_empty();
         self.blocks.n_histories > 0 || self.blocks.of(&Auxiliary).iter().any(is_low_passed)
+    }
+
+    /// Returns the names of the memories in which the features keep their states; see [`Block::memory`].
+    pub(crate) fn memories(&self) -> Vec<&'static str> {
+        let look_backs = self.look_backs.first().map(|_| STORED_SAMPLES);
+        let mut names: Vec<_> = look_backs
+            .into_iter()
+            .chain(self.blocks.used().filter_map(|(block, _)| block.memory()))
+            .collect();
+        names.dedup();
+        names
     }
 
     /// Returns true if auxiliary channels are used.

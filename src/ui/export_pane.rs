@@ -93,29 +93,19 @@ impl PaneView for View {
     }
 }
 
-/// Draws the memory that a controller needs, and a history rate that needs less of it if it is large; then what the calibration
-/// does after a cold start.
+/// Draws the history rate that the fit chose, with the memory that a controller needs; then what the calibration does after a cold
+/// start.
 fn controller(ui: &mut Ui, cx: &mut Cx<'_>) {
     let Some(analysis) = cx.engine.analysis() else { return };
-    let footprint = Footprint::of(&analysis.calibration);
-    if footprint.is_large()
+    if analysis.calibration.features.has_history()
         && let Some((of, _)) = cx.engine.exact()
     {
         let ask = AskHistory(of.clone());
         if let Some((asked, Some(coarse))) = cx.engine.lane::<AskHistory>().whole()
             && *asked == ask
         {
-            ui.horizontal(|ui| {
-                let does =
-                    "Stores fewer earlier samples: sets this history rate and fits the model again";
-                if ui.press(format!("Set history rate to {} Hz", coarse.rate_hz), does) {
-                    let mut settings = of.settings.clone();
-                    settings.history_rate_hz = coarse.rate_hz;
-                    cx.out.send(Edit::Settings(settings));
-                }
-                let text = coarse.to_string();
-                ui.add(Label::new(RichText::new(&text).weak()).truncate()).on_hover_text(text);
-            });
+            let text = coarse.to_string();
+            ui.add(Label::new(RichText::new(&text).weak()).truncate()).on_hover_text(text);
         }
         cx.ask(ask);
     }

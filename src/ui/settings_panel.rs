@@ -77,8 +77,15 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
         switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {
-            number(ui, &HISTORY_RATE, &mut settings.history_rate_hz);
+            let before = settings.history_rate_hz.unwrap_or_default();
+            let (mut rate_hz, mut is_chosen) = (before, settings.history_rate_hz.is_none());
+            number(ui, &HISTORY_RATE, &mut rate_hz);
             ui.weak(HISTORY_RATE.unit.symbol);
+            let what = "The fit chooses the highest rate that fits into 64 kB on a controller";
+            if ui.tick(&mut is_chosen, "automatic", what) || rate_hz != before {
+                let is_set = rate_hz != before || !is_chosen;
+                settings.history_rate_hz = is_set.then_some(rate_hz);
+            }
         });
     });
     decimation(ui, &mut settings);

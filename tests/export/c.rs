@@ -9,7 +9,7 @@ use loopscope::export::Footprint;
 
 use crate::support::{
     RECORDING, Samples, assert_loads, assert_runs_as, assert_runs_live, calibration, calibrations,
-    disturbed, every_block, export, lines, samples, succeed, tared, with_pauses,
+    disturbed, every_block, export, keeping, lines, samples, succeed, tared, with_pauses,
 };
 use crate::tools::is_there;
 
@@ -161,17 +161,21 @@ fn the_three_clocks_treat_pauses_alike() {
         return;
     }
     let directory = tempfile::tempdir().unwrap();
-    let calibration = calibration(every_block(), Regressor::Linear);
-    for (real, tolerance) in [("double", 1e-9), ("float", 1e-4)] {
-        let program = compiled(&calibration, directory.path(), "paused", real);
+    let forgets = calibration(every_block(), Regressor::Linear);
+    let keeps = keeping(forgets.clone(), 400.0);
+    let both = [("forgets", forgets), ("keeps", keeps)];
+    let runs =
+        both.iter().flat_map(|own| [("double", 1e-9), ("float", 1e-4)].map(|real| (own, real)));
+    for ((name, calibration), (real, tolerance)) in runs {
+        let program = compiled(calibration, directory.path(), name, real);
         for clock in ["seconds", "step", "ticks"] {
             // The driver ignores the argument "seconds" and uses seconds.
             let clock_of_driver = if clock == "seconds" { "-" } else { clock };
             let printed =
                 succeed(fed(&program, directory.path(), &with_pauses()).arg(clock_of_driver));
-            let what = format!("{clock} in {real}");
+            let what = format!("{name}, {clock} in {real}");
             let samples = with_pauses();
-            let statuses = assert_runs_as(&samples, &printed, &calibration, tolerance, &what);
+            let statuses = assert_runs_as(&samples, &printed, calibration, tolerance, &what);
             let gaps = statuses.iter().enumerate().filter(|(_, own)| own.has(Status::AFTER_GAP));
             let gaps: Vec<usize> = gaps.map(|(k, _)| k).collect();
             assert_eq!(gaps, [300, 400, 500, 600, 800, 900]);

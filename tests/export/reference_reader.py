@@ -11,11 +11,13 @@ def loads(cal, samples):
     weights = forces if by_force else np.where(full_scale > 0, 1 / np.maximum(full_scale, 1e-300), 0)
     conventional, one = np.array(cal["conventional"]["matrix"]), [1.0] * cal["offset"]
     taus, radii = (np.array(features.get(key, [])) for key in ("creep_secs", "play_radii"))
-    last = creep = play = None
+    keep = {"stored_samples": 0, "creep_secs": 0, "play_radii": 0, **cal.get("keep_secs", {})}
+    last = None
     for time, s in zip(samples[:, 0], samples[:, 1:]):
-        if last is None or time - last > cal["gap_secs"]:
-            history, stays, kept, last = [], True, -np.inf, None
-            weight, low, high = np.zeros(len(taus)), s, s
+        step = np.inf if last is None else time - last
+        begins = {memory: step > max(secs, cal["gap_secs"]) for memory, secs in keep.items()}
+        if begins["stored_samples"]:
+            history, stays, kept = [], True, -np.inf
         history = history if stays else history[:-1]
         stays = time - kept >= cal["history_step_secs"]
         kept = time if stays else kept
@@ -29,10 +31,15 @@ def loads(cal, samples):
             n = sum(time - h[0] >= lag for h in history)
             (start, before, _), (end, after, _) = history[max(n, 1) - 1], history[min(n, len(history) - 1)]
             row.append(before + (time - start - lag) / (end - start) * (after - before) if n else s)
-        creep = np.tile(s, (len(taus), 1)) if last is None else creep
-        share = -np.expm1(-(time - (time if last is None else last)) / taus)
-        creep, weight = creep + share[:, None] * (s - creep), weight + share * (1 - weight)
-        play = np.tile(s, (len(radii), 1)) if last is None else play
+        share = -np.expm1(-step / taus)
+        if begins["creep_secs"]:
+            creep, weight = np.tile(s, (len(taus), 1)), np.zeros(len(taus))
+        elif step > cal["gap_secs"]:
+            weight = weight * (1 - share)
+        else:
+            creep, weight = creep + share[:, None] * (s - creep), weight + share * (1 - weight)
+        if begins["play_radii"]:
+            play, low, high = np.tile(s, (len(radii), 1)), s, s
         play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
         low, high = np.minimum(low, s), np.maximum(high, s)
         known = s + np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1) * (play - s)

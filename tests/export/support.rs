@@ -117,7 +117,7 @@ pub fn drifting(regressor: Regressor) -> Calibration {
     let request = Request::fit(Arc::new(set), settings);
     let calibration = train(&request, &Progress::default(), &mut |_| {}).unwrap();
     assert_eq!(calibration.features.auxiliary.len(), 2);
-    calibration
+    keeping(calibration, 10.0)
 }
 
 /// Returns calibrations with names: least squares on each set of blocks, and every other regressor on all blocks.
@@ -129,7 +129,18 @@ pub fn calibrations() -> Vec<(String, Calibration)> {
             "present" | "all_blocks" => (name, clipped(own)),
             _ => (name, own),
         });
-    linear.chain(learned()).collect()
+    // Pauses of 4.5 s are bridged by half of the calibrations.
+    let all = linear.chain(learned()).enumerate();
+    all.map(|(at, (name, own))| (name, if at % 2 == 0 { own } else { keeping(own, 5.0) })).collect()
+}
+
+/// Lets a calibration keep its states after pauses: the stored samples after pauses of this time (s), play after twice, creep and
+/// auxiliary channels after three times this time.
+pub fn keeping(mut calibration: Calibration, secs: f64) -> Calibration {
+    let memories = ["stored_samples", "play_radii", "creep_secs", "auxiliary_secs"];
+    let memories = memories.map(str::to_owned).into_iter().zip([1.0, 2.0, 3.0, 3.0]);
+    calibration.keep_secs = memories.map(|(memory, factor)| (memory, factor * secs)).collect();
+    calibration
 }
 
 /// Adds limits of the gauges: on one side, on two sides, and none for one gauge.

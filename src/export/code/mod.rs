@@ -171,6 +171,8 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
             program.ring_samples() / 16
         );
     }
+    let any_block_has =
+        |word| program.blocks.iter().any(|block| block.source.rust.update.contains(word));
     let counted = context! {
         PREFIX => prefix.to_ascii_uppercase(),
         prefix,
@@ -179,7 +181,9 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         n_auxiliary => program.auxiliary.len(),
         n_axes => program.conventional.base.len(),
         ring => program.keeps_samples(),
-        uses_dt => (program.blocks.iter()).any(|block| block.source.rust.update.contains("dt")),
+        uses_dt => program.keeps_samples() || any_block_has("started"),
+        uses_exp => any_block_has("exp_m1"),
+        kept => kept(export.calibration),
         window_ms => (program.window_secs * 1000.0).ceil() as u64,
         ring_samples => program.ring_samples(),
         wraps_secs => WRAPS_SECS,
@@ -198,6 +202,19 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
     language
         .fill(merge_maps([Serde(&program).into(), counted, learned]))
         .expect("the templates are this program's own")
+}
+
+/// Returns a line for each memory that is kept through pauses which are longer than a gap.
+fn kept(calibration: &Calibration) -> Vec<String> {
+    let memories = calibration.features.memories().into_iter();
+    let longest = memories.map(|memory| (memory, calibration.keep_secs_of(memory)));
+    let kept = longest.filter(|(_, secs)| *secs > calibration.gap_secs);
+    let kept: Vec<_> = kept.collect();
+    let end = |at| if at + 1 == kept.len() { "." } else { "," };
+    let line = |(at, (memory, secs)): (usize, &(&str, f64))| {
+        format!("{memory} up to {secs:?} s{}", end(at))
+    };
+    kept.iter().enumerate().map(line).collect()
 }
 
 fn of_learned(learned: &Learned) -> Value {

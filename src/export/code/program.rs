@@ -10,7 +10,10 @@ use serde::Serialize;
 use crate::{
     calibration::{Calibration, Kernel, Learned, LinearMap, NEVER_REACHED, Network},
     dot::dot,
-    features::{Appends, AuxiliaryChannel, Column, Design, Rows, Source, look_back::measured},
+    features::{
+        Appends, AuxiliaryChannel, Column, Design, Rows, STORED_SAMPLES, Source,
+        look_back::measured,
+    },
 };
 
 /// Shortest time between stored samples (s). It replaces the zero of old files, which asks to store every sample.
@@ -32,8 +35,10 @@ pub(in crate::export) struct Program {
     pub window_secs: f64,
     /// Minimum time between stored samples (s).
     pub history_step_secs: f64,
-    /// Step in time above which the recording counts as paused (s), so that the stored history starts anew.
+    /// Step in time above which the sensor counts as paused (s).
     pub gap_secs: f64,
+    /// Longest pause after which the stored samples are kept (s).
+    pub stored_keep_secs: f64,
     /// Load of each axis beyond which the sensor was not tested.
     pub limits: Vec<f64>,
     /// Lowest reading of each gauge, at which it is clipped; empty if unknown.
@@ -56,6 +61,8 @@ pub(in crate::export) struct Program {
 #[derive(Clone, Debug, Serialize)]
 pub(in crate::export) struct RunBlock {
     pub sets: usize,
+    /// Longest pause after which the state of the block is kept (s).
+    pub keep_secs: f64,
     pub source: Source,
 }
 
@@ -91,7 +98,11 @@ impl Program {
         let blocks = used.zip(&effects).map(|((block, values), effects)| {
             let channels = &features.auxiliary[..];
             let rows = Rows { scale, standardise: &standardise, channels, effects };
-            RunBlock { sets: values.len(), source: block.source(values, &rows) }
+            RunBlock {
+                sets: values.len(),
+                keep_secs: block.memory().map_or(0.0, |memory| calibration.keep_secs_of(memory)),
+                source: block.source(values, &rows),
+            }
         });
         let blocks: Vec<_> = blocks.collect();
         let mut measured = measured(&calibration.distance_weights());
@@ -110,6 +121,7 @@ impl Program {
             window_secs: features.window_secs(),
             history_step_secs: (calibration.history_step_secs).max(SHORTEST_STEP_SECS),
             gap_secs: calibration.gap_secs,
+            stored_keep_secs: calibration.keep_secs_of(STORED_SAMPLES),
             limits: limits(calibration),
             gauge_low,
             gauge_high,

@@ -3,6 +3,7 @@
 //! Guarantees: a written file gives the same matrix when it is read back. Names of elements and attributes are
 //! case-sensitive. A file with a missing row, an invalid number or an unknown unit is refused, so that nothing is guessed.
 
+use std::collections::BTreeMap;
 use std::io;
 
 use minijinja::{Value, context};
@@ -225,6 +226,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         offset: false,
         decimation: 1,
         gap_secs: gap_by_rate(None),
+        keep_secs: BTreeMap::new(),
         history_step_secs: history_step_by_rate(None),
         features: FeatureSettings::present(),
         gauge_scale: GaugeScale::identity(n_gauges),

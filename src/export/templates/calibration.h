@@ -115,6 +115,13 @@ typedef double {{ prefix }}_clock;
 
 typedef LOOPSCOPE_REAL {{ prefix }}_real;
 
+/* Range of the internal clock (s). */
+#if LOOPSCOPE_FLOAT
+#define {{ PREFIX }}_CLOCK_SECS (({{ prefix }}_real)(2147483647 / LOOPSCOPE_TICKS_PER_SECOND))
+#else
+#define {{ PREFIX }}_CLOCK_SECS {{ leap_secs|number }}
+#endif
+
 /* The coefficients. */
 typedef struct {
     {{ prefix }}_real centre[{{ n_gauges }}];                        /* is subtracted from the gauges */
@@ -127,7 +134,6 @@ typedef struct {
     {{ prefix }}_real gauge_high[{{ n_gauges }}];
 {% endif %}
     {{ prefix }}_real gap_secs;
-    {{ prefix }}_clock gap;
 {% if ring %}
     {{ prefix }}_clock window;
     {{ prefix }}_clock history_step;
@@ -225,7 +231,6 @@ static const {{ prefix }}_calibration {{ PREFIX }}_CALIBRATION = {
     {{ gauge_high|numbers }},
 {% endif %}
     {{ gap_secs|number }},
-    {{ gap_secs|time }},
 {% if ring %}
     {{ window_secs|time }},
     {{ history_step_secs|time }},
@@ -292,14 +297,9 @@ static inline {{ prefix }}_real {{ prefix }}_expm1({{ prefix }}_real x)
 #endif
 }
 
-/* Clears the history. */
+/* Clears the history. Each block starts anew with the next sample. */
 static inline void {{ prefix }}_forget({{ prefix }}_state *s)
 {
-{% for block in blocks %}
-{% for memory in block.source.memory %}
-    memset(s->{{ memory.name }}, 0, sizeof s->{{ memory.name }});
-{% endfor %}
-{% endfor %}
 {% if ring %}
     s->kept = 0;
 {% endif %}
@@ -376,11 +376,7 @@ static inline {{ prefix }}_status {{ prefix }}_stray({{ prefix }}_state *s)
 /* Returns the status of a sample by the seconds since the last sample. A time beyond the range of the clock is a gap. */
 static inline {{ prefix }}_status {{ prefix }}_after(const {{ prefix }}_calibration *c, {{ prefix }}_real secs)
 {
-    int is_gap = secs > c->gap_secs;
-#if LOOPSCOPE_FLOAT
-    is_gap = is_gap || secs > ({{ prefix }}_real)(2147483647 / LOOPSCOPE_TICKS_PER_SECOND);
-#endif
-    return is_gap ? {{ PREFIX }}_AFTER_GAP : {{ PREFIX }}_OK;
+    return secs > c->gap_secs || secs > {{ PREFIX }}_CLOCK_SECS ? {{ PREFIX }}_AFTER_GAP : {{ PREFIX }}_OK;
 }
 {% if look_backs %}
 
@@ -510,11 +506,8 @@ static inline void {{ prefix }}_keep(const {{ prefix }}_calibration *c, {{ prefi
     }
 {% endif %}
     /* Drops samples that are too old to be used, before the wrapping clock makes them look new. A lag needs one older sample. */
-    for (i = 0; i < 2 && s->kept > 2; i++) {
-        if (s->clock - s->times[{{ prefix }}_slot(s, s->kept - 2)] <= c->window)
-            break;
+    while (s->kept > 2 && s->clock - s->times[{{ prefix }}_slot(s, s->kept - 2)] > c->window)
         s->kept -= 1;
-    }
 }
 {% endif %}
 {% for block in blocks if block.source.c.functions %}
@@ -557,13 +550,15 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
     }
     s->strays = 0;
     s->skipped = 0;
-    if (status != {{ PREFIX }}_OK)
+    if (status == {{ PREFIX }}_RESTARTED || dt > {{ PREFIX }}_CLOCK_SECS)
         {{ prefix }}_forget(s);
     if (!s->started)
         dt = 0;
     s->missing = 0;
 {% if ring %}
-    if (!s->started) {
+    if (dt > {{ stored_keep_secs|number }})
+        s->kept = 0;
+    if (!s->started || status != {{ PREFIX }}_OK) {
         s->since = s->clock;
         s->is_filling = 1;
     }
@@ -595,6 +590,9 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
 {% endif %}
 {% for block in blocks %}
         {
+{% if "started" in block.source.c.update %}
+            int started = s->started && dt <= {{ block.keep_secs|number }};
+{% endif %}
 {{ block.source.c.update|filled(block.sets) }}
         }
 {% endfor %}
@@ -703,7 +701,7 @@ static inline {{ prefix }}_status {{ prefix }}_update(const {{ prefix }}_calibra
     if (!{{ PREFIX }}_IS_REJECTED(status)) {
         s->time = time + s->wrapped;
 #if LOOPSCOPE_FLOAT
-        if (status == {{ PREFIX }}_OK)
+        if (({{ prefix }}_real)step <= {{ PREFIX }}_CLOCK_SECS)
             s->clock += (uint32_t)(step * LOOPSCOPE_TICKS_PER_SECOND + 0.5);
 #else
         s->clock = s->time;
@@ -770,7 +768,7 @@ static inline {{ prefix }}_status {{ prefix }}_update_step(const {{ prefix }}_ca
     else
         status = is_known ? {{ prefix }}_after(c, s->skipped) : {{ PREFIX }}_RESTARTED;
     dt = status == {{ PREFIX }}_RESTARTED ? 0 : s->skipped;
-    if (status == {{ PREFIX }}_OK) {
+    if (!{{ PREFIX }}_IS_REJECTED(status) && dt <= {{ PREFIX }}_CLOCK_SECS) {
 #if LOOPSCOPE_FLOAT
         s->clock += (uint32_t)(dt * LOOPSCOPE_TICKS_PER_SECOND + 0.5f);
 #else

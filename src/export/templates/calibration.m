@@ -79,11 +79,11 @@ if status >= 16
     return
 end
 state.strays = 0;
-if status ~= 0
+if status == 4
     state = {{ prefix }}_forget(state);
 end
 time = time + state.wrapped;
-if ~state.started
+if ~state.started || status ~= 0
     state.since = time;
 end
 {% if uses_dt %}
@@ -96,6 +96,9 @@ state.time = time;
 present = (gauges - state.gauge_zero) - c.centre;
 conventional = c.conventional_base + c.conventional * present;
 {% if ring %}
+if dt > {{ stored_keep_secs|plain }}
+    state.kept = 0;
+end
 state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c.measured_weight" if look_backs else "" }});
 {% endif %}
 % Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
@@ -112,6 +115,12 @@ for at = 1:{{ look_backs|length }}
 end
 {% endif %}
 {% for block in blocks %}
+{% if "started" in block.source.matlab.update %}
+started = state.started && dt <= {{ block.keep_secs|plain }};
+{% endif %}
+{% if "is_gap" in block.source.matlab.update %}
+is_gap = dt > {{ gap_secs|plain }};
+{% endif %}
 {{ block.source.matlab.update|filled(block.sets) }}
 {% endfor %}
 state.started = true;

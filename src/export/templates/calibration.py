@@ -158,10 +158,10 @@ class State:
         if self.status >= REJECTED_TIME:
             return np.full(AXES, np.nan), np.full(AXES, np.nan)
         self.strays = 0
-        if self.status != OK:
+        if self.status == RESTARTED:
             self._forget()
         time += self.wrapped
-        if not self.started:
+        if not self.started or self.status != OK:
             self.since = time
         dt = time - self.time
         self.time = time
@@ -213,6 +213,8 @@ class State:
         # Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
         row = [present]
 {% if ring %}
+        if dt > {{ stored_keep_secs|plain }}:
+            self.kept = 0
         self._keep(time, present)
 {% endif %}
 {% if look_backs %}
@@ -220,6 +222,9 @@ class State:
             row.append(self.gauges[self._past(time, f_th_squared, t_th_secs)] - present)
 {% endif %}
 {% for block in blocks %}
+{% if "started" in block.source.python.update %}
+        started = self.started and dt <= {{ block.keep_secs|plain }}
+{% endif %}
 {{ block.source.python.update|filled(block.sets) }}
 {% endfor %}
         self.load = _answer(np.concatenate(row))

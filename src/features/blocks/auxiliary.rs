@@ -94,7 +94,9 @@ const C: &str = "
                 int own = at * {{ n_auxiliary }} + channel;
                 {{ prefix }}_real now = (auxiliary[channel] - c->auxiliary_reference[channel]) * c->auxiliary_factor[channel];
                 {{ prefix }}_real moved = now;
-                if (s->started && tau > 0) {
+                if (!started)
+                    s->auxiliary_rest[own] = 0;
+                if (started && tau > 0) {
                     {{ prefix }}_real state = s->auxiliary_state[own];
                     {{ prefix }}_real by = share * (now - state) - s->auxiliary_rest[own];
                     moved = state + by;
@@ -115,7 +117,10 @@ const RUST: &str = "
                 let own = at * AUXILIARY + channel;
                 let now = (auxiliary[channel] - AUXILIARY_REFERENCE[channel]) * AUXILIARY_FACTOR[channel];
                 let mut moved = now;
-                if self.started && *tau_secs > 0.0 {
+                if !started {
+                    self.auxiliary_rest[own] = 0.0;
+                }
+                if started && *tau_secs > 0.0 {
                     let state = self.auxiliary_state[own];
                     let by = share * (now - state) - self.auxiliary_rest[own];
                     moved = state + by;
@@ -133,10 +138,10 @@ const RUST: &str = "
 
 const PYTHON: &str = "
         now = (auxiliary - AUXILIARY_REFERENCE) * AUXILIARY_FACTOR
-        if not self.started:
+        if not started:
             self.auxiliary_state = np.tile(now, (len(AUXILIARY_TAU_SECS), 1))
         for state, tau_secs in zip(self.auxiliary_state, AUXILIARY_TAU_SECS):
-            state += (-np.expm1(-dt / tau_secs) if tau_secs > 0 else 1.0) * (now - state) if self.started else 0.0
+            state += (-np.expm1(-dt / tau_secs) if tau_secs > 0 else 1.0) * (now - state) if started else 0.0
             for moved in state:
                 row.append(moved * np.append(1.0, present * AUXILIARY_GAUGE_FACTOR + AUXILIARY_GAUGE_CONSTANT))
 ";
@@ -146,7 +151,7 @@ for at = 1:{{ sets }}
     for channel = 1:{{ n_auxiliary }}
         own = (at - 1) * {{ n_auxiliary }} + channel;
         now = (auxiliary(channel) - c.auxiliary_reference(channel)) * c.auxiliary_factor(channel);
-        if ~state.started || c.auxiliary_tau_secs(at) == 0
+        if ~started || c.auxiliary_tau_secs(at) == 0
             state.auxiliary_state(own) = now;
         else
             share = -expm1(-dt / c.auxiliary_tau_secs(at));

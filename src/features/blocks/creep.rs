@@ -4,7 +4,8 @@
 //! equation is exact for a gauge that is constant between samples, so the sample rate may change.
 //!
 //! The influence of the unknown signal before the first sample fades as e^(−t/τ), with the time t since the first sample. So
-//! the column is `s + (1 − e^(−t/τ)) (y − s)`. At first, this is the present gauge s; after some time constants, it is y.
+//! the column is `s + w (y − s)` with the weight `w = 1 − e^(−t/τ)`. At first, this is the present gauge s; after some time
+//! constants, it is y. The signal in a pause of the duration P is unknown too: y is kept, and w is multiplied by `e^(−P/τ)`.
 
 use crate::features::{
     block::{Appends, Block, Inputs, Lists, Search, Stream},
@@ -109,15 +110,23 @@ impl Block for Creep {
 const C: &str = "
         int at;
         for (at = 0; at < {{ sets }}; at++) {
-            if (!s->started || dt < s->creep_step[at] || dt > s->creep_step[at]) {
+            {{ prefix }}_real share = 0;
+            if (dt < s->creep_step[at] || dt > s->creep_step[at]) {
                 s->creep_step[at] = dt;
                 s->creep_share[at] = -{{ prefix }}_expm1(-dt / c->tau_secs[at]);
             }
-            s->creep_weight[at] += s->creep_share[at] * (1 - s->creep_weight[at]);
+            if (!started) {
+                s->creep_weight[at] = 0;
+            } else if (dt > c->gap_secs) {
+                s->creep_weight[at] -= s->creep_share[at] * s->creep_weight[at];
+            } else {
+                share = s->creep_share[at];
+                s->creep_weight[at] += share * (1 - s->creep_weight[at]);
+            }
             s->missing += c->creep_effect[at] * (1 - s->creep_weight[at]) * (1 - s->creep_weight[at]);
             for (g = 0; g < {{ n_gauges }}; g++) {
-                {{ prefix }}_real state = s->started ? s->creep[at][g] : row[g];
-                {{ prefix }}_real by = s->creep_share[at] * (row[g] - state) - s->creep_rest[at][g];
+                {{ prefix }}_real state = started ? s->creep[at][g] : row[g];
+                {{ prefix }}_real by = started ? share * (row[g] - state) - s->creep_rest[at][g] : 0;
                 {{ prefix }}_real moved = state + by;
                 s->creep_rest[at][g] = (moved - state) - by;
                 s->creep[at][g] = moved;
@@ -129,15 +138,23 @@ const C: &str = "
 const RUST: &str = "
         let mut next_values = [0.0; GAUGES];
         for (at, tau_secs) in TAU_SECS.iter().enumerate() {
-            if !self.started || dt != self.creep_step[at] {
+            if dt != self.creep_step[at] {
                 self.creep_step[at] = dt;
                 self.creep_share[at] = -exp_m1(-dt / tau_secs);
             }
-            self.creep_weight[at] += self.creep_share[at] * (1.0 - self.creep_weight[at]);
+            let mut share = 0.0;
+            if !started {
+                self.creep_weight[at] = 0.0;
+            } else if is_gap {
+                self.creep_weight[at] -= self.creep_share[at] * self.creep_weight[at];
+            } else {
+                share = self.creep_share[at];
+                self.creep_weight[at] += share * (1.0 - self.creep_weight[at]);
+            }
             self.missing += CREEP_EFFECT[at] * (1.0 - self.creep_weight[at]) * (1.0 - self.creep_weight[at]);
             for (g, present) in row[..GAUGES].iter().enumerate() {
-                let state = if self.started { self.creep[at][g] } else { *present };
-                let by = self.creep_share[at] * (present - state) - self.creep_rest[at][g];
+                let state = if started { self.creep[at][g] } else { *present };
+                let by = if started { share * (present - state) - self.creep_rest[at][g] } else { 0.0 };
                 let moved = state + by;
                 self.creep_rest[at][g] = (moved - state) - by;
                 self.creep[at][g] = moved;
@@ -149,11 +166,13 @@ const RUST: &str = "
 ";
 
 const PYTHON: &str = "
-        if not self.started:
+        if not started:
             self.creep = np.tile(present, (len(TAU_SECS), 1))
             self.creep_weight = np.zeros(len(TAU_SECS))
         for at, (state, tau_secs) in enumerate(zip(self.creep, TAU_SECS)):
-            if self.started:
+            if started and dt > GAP_SECS:
+                self.creep_weight[at] *= np.exp(-dt / tau_secs)
+            elif started:
                 share = -np.expm1(-dt / tau_secs)
                 state += share * (present - state)
                 self.creep_weight[at] += share * (1 - self.creep_weight[at])
@@ -163,13 +182,16 @@ const PYTHON: &str = "
 
 const MATLAB: &str = "
 for at = 1:{{ sets }}
-    if ~state.started
+    if ~started
         state.creep(:, at) = present;
         state.creep_weight(:, at) = 0;
+    elseif is_gap
+        state.creep_weight(:, at) = state.creep_weight(:, at) * exp(-dt / c.tau_secs(at));
+    else
+        share = -expm1(-dt / c.tau_secs(at));
+        state.creep(:, at) = state.creep(:, at) + share * (present - state.creep(:, at));
+        state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
     end
-    share = -expm1(-dt / c.tau_secs(at));
-    state.creep(:, at) = state.creep(:, at) + share * (present - state.creep(:, at));
-    state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
     state.missing = state.missing + c.creep_effect(at) * (1 - state.creep_weight(:, at)) ^ 2;
     row(next + (1:{{ n_gauges }})) = state.creep_weight(:, at) * (state.creep(:, at) - present);
     next = next + {{ n_gauges }};
@@ -211,6 +233,13 @@ impl Stream for LowPasses {
                 *out = gauge + *weight * (*state - gauge);
             }
         }
+    }
+
+    fn resume(&mut self, time: f64) {
+        for (tau, weight) in &mut self.taus {
+            *weight *= ((self.last_secs - time) / *tau).exp();
+        }
+        self.last_secs = time;
     }
 
     fn missing(&self, effects: &[f64]) -> f64 {

@@ -6,7 +6,7 @@
 use std::collections::VecDeque;
 
 use crate::features::{
-    block::{Appends, Block, Inputs, Lists, Search, Stream},
+    block::{Appends, Block, Inputs, Lists, STORED_SAMPLES, Search, Stream},
     kept::Kept,
     setting::{Range, Setting, Unit},
     source::{Code, Constant, Memory, Precision, Rows, Source},
@@ -54,6 +54,10 @@ impl Block for FixedLag {
 
     fn window_secs(&self, lags_secs: &[f64]) -> f64 {
         lags_secs.iter().copied().fold(0.0, f64::max)
+    }
+
+    fn memory(&self) -> Option<&'static str> {
+        Some(STORED_SAMPLES)
     }
 
     fn stream(&self, lags_secs: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {

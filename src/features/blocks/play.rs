@@ -105,15 +105,15 @@ impl Block for Play {
 const C: &str = "
         int at;
         for (g = 0; g < {{ n_gauges }}; g++) {
-            if (!s->started || row[g] < s->play_low[0][g])
+            if (!started || row[g] < s->play_low[0][g])
                 s->play_low[0][g] = row[g];
-            if (!s->started || row[g] > s->play_high[0][g])
+            if (!started || row[g] > s->play_high[0][g])
                 s->play_high[0][g] = row[g];
         }
         for (at = 0; at < {{ sets }}; at++) {
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
-                {{ prefix }}_real position = s->started ? s->play[at][g] : row[g];
+                {{ prefix }}_real position = started ? s->play[at][g] : row[g];
                 {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g], weight = 1;
                 {{ prefix }}_real open = 2 * c->radius[at][g] - travel;
                 position = position > high ? high : position;
@@ -129,7 +129,7 @@ const C: &str = "
 ";
 
 const RUST: &str = "
-        if !self.started {
+        if !started {
             (self.play_low[0], self.play_high[0]) = ([Real::INFINITY; GAUGES], [-Real::INFINITY; GAUGES]);
         }
         for ((low, high), gauge) in self.play_low[0].iter_mut().zip(&mut self.play_high[0]).zip(&row) {
@@ -137,7 +137,7 @@ const RUST: &str = "
         }
         for ((position, radius), effect) in self.play.iter_mut().zip(&RADIUS).zip(&PLAY_EFFECT) {
             for g in 0..GAUGES {
-                if !self.started {
+                if !started {
                     position[g] = row[g];
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
@@ -152,7 +152,7 @@ const RUST: &str = "
 ";
 
 const PYTHON: &str = "
-        if not self.started:
+        if not started:
             self.play = np.tile(present, (len(RADIUS), 1))
             self.play_low = self.play_high = present
         self.play_low = np.minimum(self.play_low, present)
@@ -166,14 +166,14 @@ const PYTHON: &str = "
 ";
 
 const MATLAB: &str = "
-if ~state.started
+if ~started
     state.play_low(:, 1) = present;
     state.play_high(:, 1) = present;
 end
 state.play_low(:, 1) = min(state.play_low(:, 1), present);
 state.play_high(:, 1) = max(state.play_high(:, 1), present);
 for at = 1:{{ sets }}
-    if ~state.started
+    if ~started
         state.play(:, at) = present;
     end
     radius = c.radius(at, :)';

@@ -74,6 +74,10 @@ impl Block for Polynomial {
         }
     }
 
+    fn memory(&self) -> Option<&'static str> {
+        None
+    }
+
     fn stream(&self, degree: &[f64], inputs: &Inputs<'_>) -> Box<dyn Stream> {
         Box::new(Powers {
             scale: inputs.scale.clone(),

@@ -49,7 +49,8 @@ pub const HISTORY_RATE: Setting = Setting {
     range: Range::NotNegative,
     step: 1.0,
     explanation: "Number of samples per second kept for look-backs and lags, in the fit and on the robot. A lower rate needs less memory \
-                  and time on the robot. 0 keeps all samples",
+                  and time on the robot. 0 keeps all samples. Without it, the highest rate is chosen that fits into 64 kB on a controller, \
+                  or all samples if the error of an axis would grow by more than 2 %",
     source: "",
 };
 

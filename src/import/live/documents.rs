@@ -7,13 +7,20 @@ const END: &str = "---";
 /// Maximum number of lines of a message. Further lines are dropped.
 const MOST_LINES: usize = 10_000;
 
-/// Lines of the message that arrives.
-#[derive(Debug, Default)]
-pub(super) struct Messages(Vec<String>);
+/// Lines of the message that arrives, and the names of the gauges.
+#[derive(Debug)]
+pub(super) struct Messages {
+    lines: Vec<String>,
+    gauges: Vec<String>,
+}
 
 impl Messages {
     /// Returns the first message, if `end` is the line after a message and all lines before it are values.
-    pub fn first<'a>(end: &str, lines: impl Iterator<Item = &'a str>) -> Option<String> {
+    pub fn first<'a>(
+        end: &str,
+        lines: impl Iterator<Item = &'a str>,
+        gauges: &[String],
+    ) -> Option<String> {
         let is_value = |line: &&str| line.trim_start().starts_with("- ") || line.contains(':');
         if end.trim() != END {
             return None;
@@ -21,26 +28,43 @@ impl Messages {
         let lines: Vec<&str> = lines.filter(|line| !line.trim().is_empty()).collect();
         let lines = lines.rsplit(|line| line.trim() == END).next().unwrap_or_default();
         let is_message = lines.iter().all(is_value);
-        Some(as_json(lines.iter().copied()))
+        Some(as_json(lines.iter().copied(), gauges))
             .filter(|_| is_message)
             .filter(|message| message != "{}")
+    }
+
+    pub fn new(gauges: &[String]) -> Self {
+        Self { lines: Vec::new(), gauges: gauges.to_vec() }
     }
 
     /// Adds a line. Returns the message as a JSON object if the line ends it.
     pub fn push(&mut self, line: &str) -> Option<String> {
         if line.trim() == END {
-            return Some(as_json(self.0.drain(..).collect::<Vec<_>>().iter().map(|line| &**line)));
+            let lines = std::mem::take(&mut self.lines);
+            return Some(as_json(lines.iter().map(|line| &**line), &self.gauges));
         }
-        if self.0.len() < MOST_LINES {
-            self.0.push(line.to_owned());
+        if self.lines.len() < MOST_LINES {
+            self.lines.push(line.to_owned());
         }
         None
     }
 }
 
-/// Returns the numbers of a message as a JSON object, whose keys are the paths of the values. The layout of a ROS array is no
-/// measured value.
-fn as_json<'a>(lines: impl Iterator<Item = &'a str>) -> String {
+/// Returns the gauge whose name ends in the last two parts of this path, as `/ft/wrench/force/x` does in those of
+/// `wrench.force.x`; `None` if several gauges do.
+fn gauge_at<'a>(path: &str, gauges: &'a [String]) -> Option<&'a String> {
+    let parts = |name: &str| -> Vec<String> {
+        let parts = name.rsplit(['.', '/']).take(2);
+        parts.map(str::to_lowercase).collect()
+    };
+    let wanted = parts(path);
+    let mut found = gauges.iter().filter(|gauge| wanted.len() == 2 && parts(gauge) == wanted);
+    found.next().filter(|_| found.next().is_none())
+}
+
+/// Returns the numbers of a message as a JSON object, whose keys are the gauges or the paths of the values. The layout of a ROS
+/// array is no measured value.
+fn as_json<'a>(lines: impl Iterator<Item = &'a str>, gauges: &[String]) -> String {
     let number = |text: &str| text.trim().parse::<f64>().ok();
     let mut path: Vec<(usize, &str)> = Vec::new();
     let mut members: Vec<(String, Value)> = Vec::new();
@@ -67,10 +91,34 @@ fn as_json<'a>(lines: impl Iterator<Item = &'a str>) -> String {
             },
             Value::from,
         );
-        members.push((keys.join("."), value));
+        let path = keys.join(".");
+        members.push((gauge_at(&path, gauges).cloned().unwrap_or(path), value));
     }
     let is_measured = |(key, value): &(String, Value)| {
         !key.starts_with("layout") && value.as_array().is_none_or(|list| !list.is_empty())
     };
     Value::Object(members.into_iter().filter(is_measured).collect()).to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_a_wrench_are_the_gauges_whose_names_end_alike() {
+        let message = "header:\n  stamp:\n    sec: 5\nwrench:\n  force:\n    x: 1.5\n    y: 2\n---";
+        let json = |gauges: &[&str]| -> Value {
+            let gauges: Vec<String> = gauges.iter().map(|gauge| (*gauge).to_owned()).collect();
+            let lines: Vec<&str> = message.lines().collect();
+            let json = Messages::first("---", lines[..lines.len() - 1].iter().copied(), &gauges);
+            serde_json::from_str(&json.unwrap()).unwrap()
+        };
+        let named = json(&["/ft/wrench/force/x", "Force.Y", "S3"]);
+        assert_eq!(named["/ft/wrench/force/x"], 1.5);
+        assert_eq!(named["Force.Y"], 2.0);
+        assert_eq!(named["header.stamp.sec"], 5.0);
+        let unclear = json(&["/a/force/x", "/b/force/x", "y"]);
+        assert_eq!(unclear["wrench.force.x"], 1.5);
+        assert_eq!(unclear["wrench.force.y"], 2.0);
+    }
 }

@@ -182,7 +182,7 @@ impl LiveHead {
                 Some(message) => message,
                 None => return Ok(None),
             },
-            None => self.first_message(&line).unwrap_or(line),
+            None => self.first_message(&line, source).unwrap_or(line),
         };
         let (_, row) = without_stamp(&line);
         if let (None, Some(names)) = (&self.header, source.header) {
@@ -224,12 +224,13 @@ impl LiveHead {
     }
 
     /// Returns the first message, if this line ends it. The lines up to here are then lines of messages.
-    fn first_message(&mut self, line: &str) -> Option<String> {
+    fn first_message(&mut self, line: &str, source: LiveSource<'_>) -> Option<String> {
         let lines = self.kept.iter().filter(|arrived| !arrived.is_command);
-        let message = Messages::first(line, lines.map(|arrived| &*arrived.line))?;
+        let lines = lines.map(|arrived| &*arrived.line);
+        let message = Messages::first(line, lines, source.gauges)?;
         self.kept.retain(|arrived| arrived.is_command);
         self.rows.clear();
-        self.messages = Some(Messages::default());
+        self.messages = Some(Messages::new(source.gauges));
         Some(message)
     }
 

@@ -86,7 +86,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
         return Err(AnalysisError::NoRecordings);
     }
     let data = datasets.get(&asked.request.key(), progress)?;
-    let mut calibration = data.blank_calibration(settings)?;
+    let mut calibration = data.unfitted(settings, progress)?;
     let past = data.past(&calibration, progress)?;
     let design = calibration.design();
     let sums = data.sums(&design, &past, calibration.axes.len(), progress);

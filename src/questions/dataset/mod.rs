@@ -6,10 +6,11 @@
 pub(crate) mod applied;
 pub(crate) mod auxiliary_inputs;
 pub(crate) mod fit;
+pub(crate) mod history;
 pub(crate) mod travels;
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
 use std::time::Duration;
 
@@ -26,7 +27,7 @@ use crate::{
     panicked::locked,
     progress::{Cancelled, Progress},
     questions::{
-        dataset::{applied::Applied, auxiliary_inputs::AuxiliaryInputs},
+        dataset::{applied::Applied, auxiliary_inputs::AuxiliaryInputs, history::CoarseHistory},
         error::AnalysisError,
     },
     recording::{
@@ -58,8 +59,7 @@ pub(crate) struct Key {
 
 same_where!(Key: shared(recordings, calibration) value(offset, decimation) besides());
 
-/// Largest load for which a calibration is valid, as a multiple of the largest training load. If a rated load was entered, it
-/// is used instead.
+/// Largest load for which a calibration is valid, as a multiple of the largest training load, if no rated load was entered.
 const BEYOND_TRAINING: f64 = 1.2;
 
 /// Paths of the conventional loads of all recordings, in which the look-back searches earlier gauge values. They are for one
@@ -129,9 +129,11 @@ pub(crate) struct Derived {
     coverage: OnceLock<Coverage>,
     rig: Once<Option<RigReport>>,
     lag: Once<Option<Finding>>,
-    /// Paths for the look-back of the newest request, with the axis weights and the history step for which they were
+    /// Paths for the look-back of the newest requests, with the axis weights and the history step for which they were
     /// computed.
-    paths: Mutex<Option<(Vec<f64>, Paths)>>,
+    paths: Mutex<Vec<(Vec<f64>, Paths)>>,
+    /// Histories that were chosen for the newest settings.
+    pub histories: Mutex<Vec<(FitSettings, Option<CoarseHistory>)>>,
     /// Design of the features of the newest fit, and its sums as if the look-back found no earlier sample. Such sums are the
     /// same at all thresholds.
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
@@ -167,7 +169,8 @@ impl FaultsOf {
 /// Maximum range of a load that rests, as a share of the range over all recordings.
 const RESTS: f64 = 0.02;
 
-/// Maximum number of datasets in the cache: one for a fit, and one for an applied calibration.
+/// Maximum number of datasets in the cache: one for a fit, and one for an applied calibration. Also the maximum number of sets of
+/// paths in a dataset: with all samples, and with the chosen history rate.
 const KEPT: usize = 2;
 
 /// Interval at which a waiting thread checks whether the user has cancelled its request.
@@ -450,9 +453,9 @@ impl Dataset {
         let step_secs = calibration.history_step_secs;
         let key = [weights.clone(), vec![step_secs]].concat();
         let mut newest = locked(&self.derived.paths);
-        match &*newest {
-            Some((known, paths)) if *known == key => Arc::clone(paths),
-            _ => {
+        match newest.iter().find(|(known, _)| *known == key) {
+            Some((_, paths)) => Arc::clone(paths),
+            None => {
                 let entries = self.entries.par_iter().enumerate();
                 let paths = entries.map(|(at, entry)| {
                     let (times, loads) = (entry.recording.times(), self.present_loads(at));
@@ -460,12 +463,15 @@ impl Dataset {
                     LoadPath::with_history_step(times, &load, &weights, step_secs)
                 });
                 let paths: Paths = Arc::new(paths.collect());
-                *newest = Some((key, Arc::clone(&paths)));
+                newest.insert(0, (key, Arc::clone(&paths)));
+                newest.truncate(KEPT);
                 paths
             }
         }
     }
 
+    /// Returns the calibration before the fit. It stores all samples for look-backs and lags, unless the settings give another
+    /// rate; see [`Self::unfitted`].
     pub fn blank_calibration(&self, settings: &FitSettings) -> Result<Calibration, AnalysisError> {
         let layout = self.key.recordings.layout();
         if settings.full_scale.len() > layout.axes.len() {
@@ -496,14 +502,16 @@ impl Dataset {
         let rated = if rated.contains(&true) { rated } else { Vec::new() };
         let training = self.training();
         let rate_hz = median(training.iter().filter_map(|recording| recording.rate_hz()));
-        let history_step_secs = match settings.history_rate_hz {
+        let history_step_secs = match settings.history_rate_hz.unwrap_or_default() {
             0.0 => history_step_by_rate(rate_hz),
             // The history step is a little shorter than the sample interval, so that rounded times do not skip a sample.
             rate_hz => (1.0 - 1e-6) / rate_hz,
         };
         let limits = self.largest.iter().enumerate();
-        let limits =
-            limits.map(|(axis, largest)| entered(axis).unwrap_or(BEYOND_TRAINING * largest));
+        let limits = limits.map(|(axis, largest)| match entered(axis) {
+            Some(rated) => rated.max(*largest),
+            None => BEYOND_TRAINING * largest,
+        });
         features.distance = features.distance.effective(&layout.axes);
         let conventional =
             self.conventional.as_ref().expect("a fit prepares the conventional calibration");
@@ -521,6 +529,7 @@ impl Dataset {
             offset: settings.offset,
             decimation: settings.decimation,
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
+            keep_secs: BTreeMap::new(),
             history_step_secs,
             limits: limits.collect(),
             gauge_limits: gauge_limits(&training),

@@ -134,7 +134,7 @@ impl Analyst {
     ) -> Result<Analysis, AnalysisError> {
         let mut calibration = match &request.calibration {
             Some(applied) => Calibration::clone(applied),
-            None => data.blank_calibration(&request.settings)?,
+            None => data.unfitted(&request.settings, progress)?,
         };
         let past = data.past(&calibration, progress)?;
         let errors = if request.calibration.is_some() {

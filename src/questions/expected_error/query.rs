@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::{
     calibration::{
-        Calibration, ExpectedError, Learned, NoCrossValidation, Past, scatter_of_starts,
+        Calibration, ExpectedError, Learned, NoCrossValidation, Past, measured_pauses,
+        scatter_of_starts,
     },
     export::with_sources,
     progress::Progress,
@@ -57,8 +58,8 @@ pub fn expected_error(
     Ok(expected_error_of_fit(&data, calibration, &past, left_out))
 }
 
-/// Completes a fitted calibration for export: adds its expected error, and the names of the files that hold the recordings,
-/// and removes the uncertainty band of a kernel.
+/// Completes a fitted calibration for export: adds its expected error, the pauses after which its states are kept, and the
+/// names of the files that hold the recordings, and removes the uncertainty band of a kernel.
 ///
 /// # Errors
 /// Those of [`expected_error`].
@@ -68,7 +69,7 @@ pub fn handed_over(
     progress: &Progress,
 ) -> Result<Calibration, AnalysisError> {
     let expected = expected_error(request, calibration, true, progress)?;
-    Ok(handed_over_with(calibration.clone(), &expected, &request.recordings))
+    handed_over_with(calibration.clone(), &expected, &request.recordings, progress)
 }
 
 fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
@@ -80,7 +81,8 @@ pub(crate) fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
     recordings: &RecordingSet,
-) -> Calibration {
+    progress: &Progress,
+) -> Result<Calibration, AnalysisError> {
     let mut calibration = with_sources(&calibration, recordings);
     if let Some(Learned::Kernel(kernel)) = &mut calibration.learned {
         kernel.remove_band();
@@ -90,7 +92,8 @@ pub(crate) fn handed_over_with(
     if quality.history_scatter.is_none() {
         calibration.quality.history_scatter = scatter_of_starts(&calibration, training(recordings));
     }
-    calibration
+    calibration.keep_secs = measured_pauses(&calibration, training(recordings), progress)?;
+    Ok(calibration)
 }
 
 pub(crate) fn expected_error_of_fit(

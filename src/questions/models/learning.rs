@@ -135,7 +135,7 @@ pub(crate) fn fit_all(
     progress: &Progress,
     on_epoch: &mut dyn FnMut(EpochReport),
 ) -> Result<Fitted, AnalysisError> {
-    let mut calibration = data.blank_calibration(settings)?;
+    let mut calibration = data.unfitted(settings, progress)?;
     let past = data.past(&calibration, progress)?;
     let LinearFit { shares, left_out, .. } =
         data.fit(settings.ridge, &past, &mut calibration, progress)?;

@@ -138,7 +138,8 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     let mut calibration = analysis.calibration.of_sensor(&asked.identity);
     let expected_error = expected_error(request, &calibration, analysis.fitted, progress)?;
     if analysis.fitted {
-        calibration = handed_over_with(calibration, &expected_error, &request.recordings);
+        calibration =
+            handed_over_with(calibration, &expected_error, &request.recordings, progress)?;
     }
     let checked = checked(&asked.limits, &calibration, &expected_error, &metrology);
     progress.advance(1);

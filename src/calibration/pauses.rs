@@ -1,0 +1,282 @@
+//! Measures how long a pause may be for the states of feature blocks to be worth keeping.
+//!
+//! Guarantees: a memory is kept only after pauses for which the load errs less with the kept state than with a new one, on
+//! training recordings with artificial pauses. No single pause decides. The number of samples is bounded.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::{
+    calibration::{calibration::Calibration, choice::Blocks, estimator::Estimator},
+    progress::{Cancelled, Progress},
+    recording::Recording,
+};
+
+/// Durations of the artificial pauses (s). A longer pause is tried only if the state is worth keeping after all shorter ones.
+const PAUSES_SECS: [f64; 9] = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+/// Time between two artificial pauses (s), and limits of the number of samples in it.
+const BETWEEN_SECS: f64 = 10.0;
+const BETWEEN_SAMPLES: (f64, f64) = (50.0, 2000.0);
+/// Longer than every artificial pause.
+const ALWAYS_SECS: f64 = 1e6;
+/// Minimum number of artificial pauses.
+const FEWEST: usize = 6;
+/// Approximate maximum number of samples for which loads are computed with each pause.
+const MOST_SAMPLES: usize = 20_000;
+
+/// Part of a recording with artificial pauses: the first and the last index of the samples between them.
+struct Run<'a> {
+    recording: &'a Recording,
+    between: Vec<(usize, usize)>,
+}
+
+/// Returns the longest pause (s) after which each memory of the calibration's features is worth keeping, for the memories that
+/// are worth it after pauses that are longer than [`Calibration::gap_secs`].
+pub(crate) fn measured_pauses<'a>(
+    calibration: &Calibration,
+    recordings: impl Iterator<Item = &'a Recording>,
+    progress: &Progress,
+) -> Result<BTreeMap<String, f64>, Cancelled> {
+    let mut kept = calibration.features.memories();
+    let mut longest = BTreeMap::new();
+    if kept.is_empty() {
+        return Ok(longest);
+    }
+    let usable = recordings
+        .filter(|recording| !recording.is_static() && *recording.axes() == calibration.axes);
+    let decimated: Vec<Recording> =
+        usable.map(|recording| recording.decimated(calibration.decimation)).collect();
+    let prepared: Result<Vec<_>, _> =
+        decimated.iter().map(|recording| calibration.prepared(recording)).collect();
+    let Ok(recordings) = prepared else { return Ok(longest) };
+    // A pause of this duration makes a time step that is longer by the time between two samples.
+    let step_secs = calibration.step_secs().unwrap_or(0.0) * calibration.decimation as f64;
+    for pause_secs in PAUSES_SECS.into_iter().filter(|secs| *secs > calibration.gap_secs) {
+        let runs: Vec<Run<'_>> =
+            recordings.iter().filter_map(|recording| Run::of(recording, pause_secs)).collect();
+        let runs = some_of(runs);
+        if runs.iter().map(|run| run.between.len() - 1).sum::<usize>() < FEWEST {
+            break;
+        }
+        let with = |memories: &[&str]| squares(calibration, memories, &runs, progress);
+        let (blocks, mut best) = with(&kept)?;
+        for memory in kept.clone() {
+            let others: Vec<&str> = kept.iter().copied().filter(|other| *other != memory).collect();
+            let (_, without) = with(&others)?;
+            let compared = blocks.compare(&best, &without);
+            if compared.difference < 0.0 && compared.trimmed < 0.0 {
+                longest.insert(memory.to_owned(), pause_secs + step_secs);
+            } else {
+                (kept, best) = (others, without);
+            }
+        }
+        if kept.is_empty() {
+            break;
+        }
+    }
+    Ok(longest)
+}
+
+impl<'a> Run<'a> {
+    /// Places pauses of this duration (s) in the recording, with equal times between them. Returns `None` if the recording is
+    /// too short.
+    fn of(recording: &'a Recording, pause_secs: f64) -> Option<Self> {
+        let times = recording.times();
+        let step_secs = recording.rate_hz()?.recip();
+        let (fewest, most) = BETWEEN_SAMPLES;
+        let wanted = BETWEEN_SECS.clamp(fewest * step_secs, most * step_secs);
+        let (start, all_secs) = (*times.first()?, recording.duration_secs());
+        let n_pauses = (all_secs / (pause_secs + wanted)).floor().max(1.0);
+        let between_secs = (all_secs - n_pauses * pause_secs) / (n_pauses + 1.0);
+        if between_secs < wanted.min(0.5 * pause_secs).max(fewest * step_secs) {
+            return None;
+        }
+        let between = (0..=n_pauses as usize).map(|at| {
+            let from = start + at as f64 * (pause_secs + between_secs);
+            let index = |secs: f64| times.partition_point(|time| *time < secs);
+            (index(from), index(from + between_secs))
+        });
+        let between = between.filter(|(first, end)| first < end).collect::<Vec<_>>();
+        (between.len() > 1).then_some(Self { recording, between })
+    }
+
+    fn n_samples(&self) -> usize {
+        self.between.iter().map(|(first, end)| end - first).sum()
+    }
+}
+
+/// Returns evenly spread runs, and the first pauses of each, with about [`MOST_SAMPLES`] samples in all.
+fn some_of(mut runs: Vec<Run<'_>>) -> Vec<Run<'_>> {
+    let n_samples: usize = runs.iter().map(Run::n_samples).sum();
+    let each = n_samples.div_ceil(MOST_SAMPLES).min(runs.len().div_ceil(FEWEST)).max(1);
+    runs = runs.into_iter().step_by(each).collect();
+    let share = MOST_SAMPLES / runs.len().max(1);
+    for run in &mut runs {
+        let one = run.n_samples() / run.between.len();
+        run.between.truncate((share / one.max(1)).max(2));
+    }
+    runs
+}
+
+/// Returns the squared errors of the loads after each pause, summed over the axes and divided by the squared full scale, if these
+/// memories are kept through all pauses and all others start anew.
+fn squares(
+    calibration: &Calibration,
+    kept: &[&str],
+    runs: &[Run<'_>],
+    progress: &Progress,
+) -> Result<(Blocks, Vec<f64>), Cancelled> {
+    let keep_secs = kept.iter().map(|memory| ((*memory).to_owned(), ALWAYS_SECS)).collect();
+    let calibration = Calibration { keep_secs, ..calibration.clone() };
+    let design = calibration.design();
+    let of_run = |(at, run): (usize, &Run<'_>)| {
+        if progress.is_cancelled() {
+            return None;
+        }
+        let mut estimator = Estimator::new(&calibration, &design).ok()?;
+        let recording = run.recording;
+        let uses_auxiliary = !calibration.features.auxiliary.is_empty();
+        let mut square = |k: usize| {
+            let auxiliary = if uses_auxiliary { recording.auxiliary().at(k) } else { &[] };
+            let time = recording.times()[k];
+            let Ok((_, loads)) = estimator.update_with(time, recording.gauges_at(k), auxiliary)
+            else {
+                return 0.0;
+            };
+            let reference = &recording.loads()[k * loads.len()..][..loads.len()];
+            let axes = loads.iter().zip(reference).zip(&calibration.full_scale);
+            let axes = axes.filter(|(_, scale)| **scale > 0.0);
+            axes.map(|((load, reference), scale)| ((load - reference) / scale).powi(2)).sum()
+        };
+        let blocks = run.between.iter().map(|(first, end)| {
+            ((end - first) as f64, at, (*first..*end).map(&mut square).sum::<f64>())
+        });
+        let blocks: Vec<(f64, usize, f64)> = blocks.collect();
+        Some(blocks)
+    };
+    let of_runs: Option<Vec<_>> = runs.par_iter().enumerate().map(of_run).collect();
+    let (mut blocks, mut squares) = (Blocks::default(), Vec::new());
+    // The samples before the first pause do not depend on what is kept.
+    for (n, group, square) in
+        of_runs.ok_or(Cancelled)?.into_iter().flat_map(|run| run.into_iter().skip(1))
+    {
+        blocks.samples.push(n);
+        blocks.groups.push(group);
+        squares.push(square);
+    }
+    Ok((blocks, squares))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::calibration::{FitSettings, RidgeChoice, Status};
+    use crate::features::{Blocks, FeatureSettings, Play, Thresholds};
+    use crate::questions::{Request, train};
+    use crate::random::Random;
+    use crate::recording::{Axis, Entry, RecordingSet, Role, Source};
+
+    /// Returns recordings of a gauge with a play of ± 0.3 N at 20 Hz, whose load goes to and fro between random turning points at
+    /// this speed (N/s).
+    fn sensor(speed: f64) -> Vec<Recording> {
+        let recording = |at: u64| {
+            let mut random = Random::new(3, &[at]);
+            let (mut load, mut goal, mut play) = (0.0, 1.0, 0.0);
+            let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+            for _ in 0..6000 {
+                let left: f64 = goal - load;
+                load += left.clamp(-speed / 20.0, speed / 20.0);
+                if left.abs() < speed / 20.0 {
+                    goal = -goal.signum() * random.between(0.8, 1.2);
+                }
+                play = f64::clamp(play, load - 0.3, load + 0.3);
+                gauges.push(2.0 * load + play + 0.01 * random.normal());
+                loads.push(load);
+            }
+            let times = (0..6000).map(|k| f64::from(k) / 20.0).collect();
+            let (name, names) = (format!("r{at}"), vec!["S1".to_owned()]);
+            Recording::new(name, Source::Simulated, times, names, gauges, vec![Axis::Fz], loads)
+        };
+        (0..4).map(|at| recording(at).unwrap()).collect()
+    }
+
+    fn fitted(recordings: &[Recording], features: FeatureSettings) -> Calibration {
+        let mut set = RecordingSet::default();
+        for recording in recordings {
+            set.push(Entry::new(recording.clone(), Role::Train)).unwrap();
+        }
+        let settings = FitSettings { features, ridge: RidgeChoice::Auto, ..FitSettings::default() };
+        let request = Request::fit(Arc::new(set), settings);
+        train(&request, &Progress::default(), &mut |_| {}).unwrap()
+    }
+
+    fn play() -> FeatureSettings {
+        FeatureSettings {
+            blocks: Blocks::default().with(&Play, &[0.1, 0.2, 0.4]),
+            ..FeatureSettings::present()
+        }
+    }
+
+    /// The load turns once in 20 s. So the position of the play is mostly still true after 5 s.
+    #[test]
+    fn play_is_kept_through_pauses_in_which_the_load_hardly_turns() {
+        let recordings = sensor(0.1);
+        let calibration = fitted(&recordings, play());
+        assert!((calibration.gap_secs - 1.0).abs() < 1e-9);
+        let found = measured_pauses(&calibration, recordings.iter(), &Progress::default());
+        assert!(found.unwrap()["play_radii"] >= 5.0);
+        let short = recordings[0].segment(0..100);
+        let found = measured_pauses(&calibration, [&short].into_iter(), &Progress::default());
+        assert_eq!(found, Ok(BTreeMap::new()));
+        let progress = Progress::default();
+        progress.cancel();
+        assert_eq!(measured_pauses(&calibration, recordings.iter(), &progress), Err(Cancelled));
+    }
+
+    /// The load turns every second. So after a pause, the past sample of the look-back is on the wrong side in half of the cases.
+    #[test]
+    fn a_look_back_is_forgotten_where_keeping_it_would_be_worse() {
+        let recordings = sensor(2.0);
+        let features = FeatureSettings {
+            look_backs: vec![Thresholds { f_th: 0.7, t_th_secs: 60.0 }],
+            ..FeatureSettings::present()
+        };
+        let calibration = fitted(&recordings, features);
+        let runs: Vec<Run<'_>> =
+            recordings.iter().map(|recording| Run::of(recording, 5.0).unwrap()).collect();
+        let error = |kept: &[&str]| {
+            let (_, squares) = squares(&calibration, kept, &runs, &Progress::default()).unwrap();
+            squares.iter().sum::<f64>()
+        };
+        assert!(error(&["stored_samples"]) > error(&[]));
+        let found = measured_pauses(&calibration, recordings.iter(), &Progress::default());
+        assert!(found.unwrap().get("stored_samples").is_none_or(|secs| *secs < 5.0));
+    }
+
+    /// The load rests in the pause. So the loads with kept states are those without the pause, and those of new states are not.
+    #[test]
+    fn kept_play_goes_on_as_if_the_load_had_rested() {
+        let recordings = sensor(0.1);
+        let mut calibration = fitted(&recordings, play());
+        let design = calibration.design();
+        let run = |calibration: &Calibration, pause_secs: f64| -> Vec<(Status, f64)> {
+            let mut estimator = Estimator::new(calibration, &design).unwrap();
+            let samples = (0..2000).map(|k| {
+                let time = recordings[0].times()[k] + if k < 1000 { 0.0 } else { pause_secs };
+                let (status, load) = estimator.update(time, recordings[0].gauges_at(k)).unwrap();
+                (status, load[0])
+            });
+            samples.collect()
+        };
+        let whole = run(&calibration, 0.0);
+        assert_ne!(run(&calibration, 4.0)[1000].1, whole[1000].1);
+        calibration.keep_secs.insert("play_radii".to_owned(), 5.0);
+        let kept = run(&calibration, 4.0);
+        assert!(kept.iter().zip(&whole).all(|(kept, whole)| kept.1 == whole.1));
+        assert!(kept[1000].0.has(Status::AFTER_GAP));
+        assert_ne!(run(&calibration, 5.0)[1000].1, whole[1000].1);
+    }
+}
