@@ -7,7 +7,7 @@ use super::columns::from_origin;
 const NOT_A_TIME: i64 = i64::MIN;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+pub enum Number {
     Float(usize),
     Int(usize),
     Uint(usize),
@@ -81,7 +81,7 @@ fn half(bits: u16) -> f64 {
 
 /// Field of an array's records: one or more numbers of one type.
 #[derive(Debug)]
-pub(super) struct Field {
+pub struct Field {
     /// Name of the field; empty if the elements are not records.
     pub name: String,
     pub number: Number,
@@ -93,7 +93,7 @@ pub(super) struct Field {
 }
 
 /// Values of a field minus the origin of its whole numbers, and this origin (`None` before the first whole number).
-pub(super) type FromOrigin = (Vec<f64>, Option<i64>);
+pub type FromOrigin = (Vec<f64>, Option<i64>);
 
 impl Field {
     /// Appends the field's numbers of each record to `values`. Panics if the field does not lie within the record.

@@ -11,7 +11,7 @@ pub struct NamedColumn {
 }
 
 impl NamedColumn {
-    pub(super) fn new(index: usize, name: impl Into<String>) -> Self {
+    pub fn new(index: usize, name: impl Into<String>) -> Self {
         Self { number: index + 1, name: name.into() }
     }
 }

@@ -37,7 +37,7 @@ const FEW_ROWS: usize = 60;
 
 /// Roles of the columns of one table, with what was assumed and what is still open.
 #[derive(Clone, Debug)]
-pub(super) struct Proposal {
+pub struct Proposal {
     pub columns: Vec<ColumnReport>,
     /// Index and rule of each column that has a role.
     pub rules: Vec<(usize, ColumnRule)>,
@@ -136,13 +136,13 @@ impl Proposal {
 }
 
 /// Proposes the roles of the columns of a table.
-pub(super) fn propose(opened: &Opened, text: &TextLayout, head: &Head) -> Proposal {
+pub fn propose(opened: &Opened, text: &TextLayout, head: &Head) -> Proposal {
     let sample = opened.sample(text, head);
     of_sample(text, head, &sample)
 }
 
 /// Proposes the roles of the columns of a table from some of its rows.
-pub(super) fn of_sample(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Proposal {
+pub fn of_sample(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Proposal {
     let columns = described(text, head, sample);
     let n = columns.len();
     let mut making = Making {

@@ -27,7 +27,7 @@ use crate::{
 
 /// Numbers of the rows of a file, in SI units. Only the times stay in the unit of the file.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub struct Rows {
     pub times: Vec<f64>,
     pub gauges: Vec<f64>,
     /// Values of the auxiliary channels. A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
@@ -56,7 +56,7 @@ pub(super) struct Rows {
 
 /// Successive rows in which the last value of an auxiliary channel is older than the longest allowed pause.
 #[derive(Clone, Debug)]
-pub(super) struct HeldRows {
+pub struct HeldRows {
     pub channel: usize,
     pub rows: Range<usize>,
 }

@@ -24,7 +24,7 @@ const VOLTS: &str = "V mV uV µV";
 const TIME_WITH_UNIT: &str = "temps";
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ColumnName {
+pub struct ColumnName {
     /// Name of the column as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
@@ -198,7 +198,7 @@ impl Kind {
     /// Returns the kind of a column whose name alone gives this kind, after a look at its unit. A load's name with the unit
     /// of a gauge gives a gauge. A gauge's name with the unit of a load gives no kind, since the axis is unknown. `T` in
     /// degrees is a temperature, not a time.
-    pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
+    pub fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
             (Self::Gauge, Some(unit)) if is_load_unit(unit) => None,
@@ -242,11 +242,11 @@ fn kind_of(name: &str) -> Option<Kind> {
     if is_time_unit { Some(Kind::Time) } else { plain_kind(name) }
 }
 
-pub(crate) fn is_gauge_name(name: &str) -> bool {
+pub fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
-pub(crate) fn is_time_name(name: &str) -> bool {
+pub fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
@@ -254,12 +254,12 @@ fn is_of_gauges_alone(unit: &str) -> bool {
     is_one_of(&unit.trim().to_lowercase(), GAUGE_ONLY_UNITS)
 }
 
-pub(crate) fn is_known_unit(unit: &str) -> bool {
+pub fn is_known_unit(unit: &str) -> bool {
     is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
 }
 
 /// Returns true for a unit of force or moment, which no gauge has.
-pub(crate) fn is_load_unit(unit: &str) -> bool {
+pub fn is_load_unit(unit: &str) -> bool {
     // These letters also stand for an acceleration and for a time.
     if ["g", "t", "mg"].contains(&unit.trim()) {
         return false;

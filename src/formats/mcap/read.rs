@@ -26,7 +26,7 @@ const DOUBLE: Number = Number::Float(8);
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics of a recording, and returns one or two of them (gauges, reference) as a table.
-pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+pub fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut topics = Topics::default();
     let mut file = BufReader::new(source.open()?);
     let limit_bytes = usize::try_from(source.n_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);

@@ -18,7 +18,7 @@ use crate::progress::Progress;
 const FILE: &str = "the file";
 const BATCH_ROWS: usize = 1 << 14;
 
-pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+pub fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut table = Columns { is_named: true, ..Columns::default() };

@@ -10,7 +10,7 @@ const TOO_LONG: &str = "(a line of more than 1 MiB)";
 const ENCODING_BYTES: usize = 1 << 10;
 
 #[derive(Debug, Default)]
-pub(crate) struct ArrivingLines {
+pub struct ArrivingLines {
     encoding: Option<Encoding>,
     /// Bytes that are still to be decoded to text.
     raw: Vec<u8>,

@@ -7,7 +7,7 @@ const ARROW: &[u8] = b" -> ";
 
 /// Bytes that replace each arrow. They are as many as the arrow has, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrows {
+pub struct Arrows {
     replacement: [u8; ARROW.len()],
 }
 
@@ -43,7 +43,7 @@ impl Arrows {
 
 /// Returns the positions in a line where the time in front ends and where the row behind the arrow starts; `None` without an
 /// arrow.
-pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
+pub fn stamped(line: &[u8]) -> Option<(usize, usize)> {
     arrow_position(line).map(|at| (at, at + ARROW.len()))
 }
 

@@ -90,7 +90,7 @@ impl Thousands {
         self.into()
     }
 
-    pub(super) fn is(self, letter: char) -> bool {
+    pub fn is(self, letter: char) -> bool {
         match self {
             Self::Comma => letter == ',',
             Self::Point => letter == '.',

@@ -36,9 +36,7 @@ struct Cell<'a> {
 }
 
 /// Checks the sizes that the archive of a workbook declares, before the crate calamine allocates memory by them.
-pub(super) fn check_sizes(
-    archive: &mut ZipArchive<BufReader<SourceFile>>,
-) -> Result<(), FileError> {
+pub fn check_sizes(archive: &mut ZipArchive<BufReader<SourceFile>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
@@ -63,7 +61,7 @@ pub(super) fn check_sizes(
     }
 }
 
-pub(super) fn columns(
+pub fn columns(
     source: &Source<'_>,
     file: BufReader<SourceFile>,
     kind: Kind,

@@ -9,7 +9,7 @@ const MOST_LINES: usize = 10_000;
 
 /// Lines of the message that arrives.
 #[derive(Debug, Default)]
-pub(super) struct Messages(Vec<String>);
+pub struct Messages(Vec<String>);
 
 impl Messages {
     /// Returns the first message, if `end` is the line after a message and all lines before it are values.

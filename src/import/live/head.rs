@@ -61,7 +61,7 @@ pub struct LiveHead {
 
 /// Header of a table, and the line with the units below it.
 #[derive(Debug)]
-pub(super) struct TableHeader {
+pub struct TableHeader {
     line: String,
     pub names: Vec<String>,
     units: Option<String>,
@@ -129,7 +129,7 @@ impl TableHeader {
 }
 
 /// Returns true if the cell of a header names this channel, with or without a unit.
-pub(super) fn is_named(cell: &str, channel: &str) -> bool {
+pub fn is_named(cell: &str, channel: &str) -> bool {
     cell == channel || cell.contains(channel) && ColumnName::parse(cell).name == channel
 }
 

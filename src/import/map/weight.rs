@@ -124,7 +124,7 @@ impl WeightMap {
         Ok(())
     }
 
-    pub(super) fn check(&self, table: &TableMap) -> Result<(), MapError> {
+    pub fn check(&self, table: &TableMap) -> Result<(), MapError> {
         if Attitude::of_table(table)?.is_none() {
             return Err(MapError::WeightWithoutPose);
         }

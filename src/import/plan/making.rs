@@ -21,7 +21,7 @@ use crate::{
 /// Known units of a quantity: a function that returns the factor from a unit to SI, and the names of the units for messages.
 type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
-pub(super) struct Making<'a> {
+pub struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,

@@ -185,8 +185,8 @@ impl TraceSet {
 
 /// Part of the traces that does not depend on the look-back thresholds.
 #[derive(Debug)]
-pub(crate) struct FixedTraces {
-    pub(crate) view: View,
+pub struct FixedTraces {
+    pub view: View,
     is_static: bool,
     segments: Arc<[Segment]>,
     times: Arc<Vec<f64>>,
@@ -214,7 +214,7 @@ fn difference(
 }
 
 impl FixedTraces {
-    pub(crate) fn new(
+    pub fn new(
         view: View,
         data: &Dataset,
         calibration: &Calibration,
@@ -272,7 +272,7 @@ impl FixedTraces {
     }
 
     /// Adds the traces that depend on the earlier samples of the look-backs, such as the compensated load.
-    pub(crate) fn with_past(
+    pub fn with_past(
         &self,
         data: &Dataset,
         calibration: &Calibration,
@@ -328,7 +328,7 @@ impl FixedTraces {
 
     /// Adds the traces of a preview, computed from every `each`-th sample of each recording. Each value is held until the
     /// next computed value.
-    pub(crate) fn preview(
+    pub fn preview(
         &self,
         thinned: &Dataset,
         calibration: &Calibration,
@@ -359,7 +359,7 @@ impl FixedTraces {
 
     /// Returns the traces of a preview before the first analysis, computed from every `each`-th sample of each recording.
     /// `entries` contains all samples.
-    pub(crate) fn held(
+    pub fn held(
         view: View,
         entries: &[Entry],
         thinned: &Dataset,

@@ -28,7 +28,7 @@ pub struct CrossPlot {
     pub drawn: Drawn,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &Source,
     parts: &[Part],
     question: &CrossQuestion,

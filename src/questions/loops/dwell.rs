@@ -43,7 +43,7 @@ pub struct DwellOutput {
     pub fit: Vec<[f64; 2]>,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &Source,
     question: &DwellQuestion,
     measuring: &MetrologySettings,

@@ -84,7 +84,7 @@ impl LoopFigures {
         })
     }
 
-    pub(crate) fn mean_width(&self) -> f64 {
+    pub fn mean_width(&self) -> f64 {
         self.measures[1]
     }
 }
@@ -103,7 +103,7 @@ struct Curve {
     values: Columns,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &mut Source,
     mut parts: Vec<Part>,
     question: &LoopQuestion,
@@ -278,7 +278,7 @@ pub struct Cloud {
 }
 
 /// Draws the rising and the falling branches of all recordings separately. A load without reversal counts as rising.
-pub(crate) fn drawn(
+pub fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],

@@ -166,7 +166,7 @@ pub enum Span {
 }
 
 /// Returns the position of an axis in the calibration, and the full scale of the axis.
-pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
+pub fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|known| *known == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;
     Ok((at, calibration.full_scale[at]))

@@ -19,9 +19,9 @@ const FEWEST_SAMPLES: usize = 10;
 const PRESENT: f64 = 0.1;
 /// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load. `None` if the load does
 /// not change enough for a slope.
-pub(crate) type Response = [Vec<Option<f64>>; OUTPUTS];
+pub type Response = [Vec<Option<f64>>; OUTPUTS];
 
-pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
+pub fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
     axes.map(|loaded| response(measured, loaded)).collect()
 }
@@ -104,7 +104,7 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-pub(crate) fn crosstalk_figures(
+pub fn crosstalk_figures(
     measured: &Measured<'_>,
     responses: &[Result<Response>],
     axis: usize,

@@ -15,7 +15,7 @@ use crate::{
 
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 
-pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+pub fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
     let drift = |(run, hold): Dwelling<'_>| {
         let errors: Vec<f64> = run.errors(output, hold.samples.clone()).collect();
         let drift = Drift::of(&run.times()[hold.samples.clone()], &errors);
@@ -155,7 +155,7 @@ pub struct Dwell {
 ///
 /// # Errors
 /// See [`table_by`](crate::questions::metrology::table_by).
-pub(crate) fn dwells(
+pub fn dwells(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
     axis: usize,

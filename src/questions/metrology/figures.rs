@@ -91,7 +91,7 @@ impl<'a> Run<'a> {
 }
 
 /// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
-pub(crate) const OUTPUTS: usize = 2;
+pub const OUTPUTS: usize = 2;
 
 /// Interval of a recording from which a figure is computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -224,10 +224,10 @@ impl Metrology {
     }
 }
 
-pub(crate) type Result<T> = std::result::Result<T, Reason>;
+pub type Result<T> = std::result::Result<T, Reason>;
 
 /// Serialises `value`, `percent_fs`, `uncertainty`, `place`, `basis` and `reason` of a figure. Missing fields are null.
-pub(crate) fn figure<S: Serializer>(
+pub fn figure<S: Serializer>(
     figure: &Figure,
     serializer: S,
 ) -> std::result::Result<S::Ok, S::Error> {

@@ -20,7 +20,7 @@ const PARTS: usize = 10;
 /// Offset, load, temperature, and their product.
 const TERMS: usize = 4;
 
-pub(crate) fn noise_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+pub fn noise_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     let dwells = view.runs.iter().flat_map(|run| {
         let holds = view.measured.holds[run.index].iter();
         holds.map(move |hold| (run, hold))
@@ -86,7 +86,7 @@ impl Sums {
     }
 }
 
-pub(crate) fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+pub fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     let effects = temperature_effects(view, output);
     [(Quantity::TemperatureZero, 0), (Quantity::TemperatureSpan, 1)].map(|(quantity, at)| {
         let figure = effects.as_ref().map_err(Clone::clone).map(|(values, errors)| Value {

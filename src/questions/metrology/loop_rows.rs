@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Minimum number of different loads on a branch, for a line that shows nonlinearity.
-pub(crate) const FEWEST_LOADS: usize = 3;
+pub const FEWEST_LOADS: usize = 3;
 /// Largest difference at which cycles count as repeated: between their reversals, as a share of the largest cycle's span, and
 /// between the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
@@ -28,18 +28,18 @@ const NOISE: f64 = 0.05;
 /// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
 
-pub(crate) struct LoopRows<'a> {
+pub struct LoopRows<'a> {
     view: &'a AxisView<'a>,
     cycles: Cycles,
 }
 
 impl<'a> LoopRows<'a> {
-    pub(crate) fn of(view: &'a AxisView<'a>) -> Self {
+    pub fn of(view: &'a AxisView<'a>) -> Self {
         let loads = view.runs.iter().map(|run| run.loads);
         Self { view, cycles: Cycles::of(view.axis, loads, view.reversal_threshold) }
     }
 
-    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
+    pub fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
         let largest = self.cycles.largest.as_ref().map(std::slice::from_ref);
         let mean = self.cycles.mean.as_deref().map_err(Clone::clone);
         let width = Loop::largest_width;
@@ -57,7 +57,7 @@ impl<'a> LoopRows<'a> {
     }
 
     /// Returns the span of the largest cycle as a share of the load range; `None` without a cycle.
-    pub(crate) fn share_of_range(&self) -> Option<f64> {
+    pub fn share_of_range(&self) -> Option<f64> {
         let cycle = self.cycles.largest.as_ref().ok()?;
         Some(cycle.loads().share_of(self.cycles.range))
     }
@@ -345,7 +345,7 @@ fn carried(load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> (f64, f64) 
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
+pub struct Line {
     load: f64,
     output: f64,
     slope: f64,
@@ -383,7 +383,7 @@ impl Line {
 }
 
 #[derive(Debug)]
-pub(crate) struct Cycles {
+pub struct Cycles {
     /// Minimum and maximum load of the axis in all recordings.
     pub range: MinMax,
     pub loops: Loops,
@@ -427,7 +427,7 @@ type Rows = [(Quantity, Figure); 2];
 
 /// Returns two rows of one output (uncompensated or compensated load): its time lag, and its hysteresis without the lag. Also
 /// returns the share of the loop's mean width that the lag explains. `place` is the position of the axis.
-pub(crate) fn lag_figures(
+pub fn lag_figures(
     view: &AxisView<'_>,
     lags: &Lags,
     place: usize,

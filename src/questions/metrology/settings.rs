@@ -127,7 +127,7 @@ impl MetrologySettings {
 }
 
 /// Checks that `values` has one number for each axis, and that no number is below zero.
-pub(crate) fn check_per_axis(
+pub fn check_per_axis(
     what: &'static str,
     values: &[f64],
     n_axes: usize,

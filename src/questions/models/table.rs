@@ -91,7 +91,7 @@ impl Model {
 
 /// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error. All axes then count
 /// alike.
-pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
+pub fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
     let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();

@@ -25,7 +25,7 @@ const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-pub(super) fn html_of(report: &ReportData) -> String {
+pub fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
     let count = |role: Role| {
         report.recordings.iter().filter(|recording| recording.used.role == role).count()

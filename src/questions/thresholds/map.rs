@@ -51,7 +51,7 @@ pub struct ThresholdMap {
     pub part_samples: Vec<u64>,
     pub cross_validation: CrossValidation,
     pub conventional: PointScores,
-    pub(crate) rows: Vec<Option<Vec<PointScores>>>,
+    pub rows: Vec<Option<Vec<PointScores>>>,
 }
 
 impl ThresholdMap {

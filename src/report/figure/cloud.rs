@@ -109,7 +109,7 @@ pub fn png(size: [usize; 2], rgba: &[u8]) -> io::Result<Vec<u8>> {
 }
 
 /// Returns these bytes as text in base64 (RFC 4648, section 4).
-pub(crate) fn base64(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

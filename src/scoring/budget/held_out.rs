@@ -25,7 +25,7 @@ const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 const MOST_FOLDS: usize = 10;
 
 /// Solves a symmetric, positive definite system; zero if it is not positive definite.
-pub(super) fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+pub fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     match products.llt(Side::Lower) {
         Ok(factor) => factor.solve(right),
         Err(_) => Mat::zeros(right.nrows(), right.ncols()),
@@ -34,7 +34,7 @@ pub(super) fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
 
 /// Held-out errors with one set of causes.
 #[derive(Clone, Debug)]
-pub(super) struct SetErrors {
+pub struct SetErrors {
     /// Squared errors on each axis, summed over each block, in full scales.
     pub squares: Vec<Vec<f64>>,
     /// Variance of the noise that the calibration passes on, on each axis, in full scales.
@@ -44,10 +44,10 @@ pub(super) struct SetErrors {
 }
 
 /// Errors with each set of causes that is tested, by the index of the set.
-pub(super) type AllErrors = Vec<Option<SetErrors>>;
+pub type AllErrors = Vec<Option<SetErrors>>;
 
 /// Computes the held-out errors of one base from its sums.
-pub(super) struct HeldOut<'a> {
+pub struct HeldOut<'a> {
     pub columns: &'a Columns,
     pub units: &'a [Unit],
     pub sums: &'a Sums,
@@ -497,7 +497,7 @@ fn projected(sums: &Mat<f64>, freedoms: &[usize]) -> Mat<f64> {
 }
 
 /// Returns these rows and columns of a matrix.
-pub(super) fn picked(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
+pub fn picked(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
     let mut out = Mat::zeros(rows.len(), columns.len());
     for (to, from) in columns.iter().enumerate() {
         let (from, to) = (of.col_as_slice(*from), out.col_as_slice_mut(to));

@@ -85,7 +85,7 @@ pub enum NoBudget {
 }
 
 /// Figures from which the shares are decided.
-pub(super) struct Decision<'a> {
+pub struct Decision<'a> {
     pub errors: &'a AllErrors,
     /// Number of samples of each block.
     pub n_samples: &'a [f64],

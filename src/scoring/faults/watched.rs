@@ -58,7 +58,7 @@ const OFTEN: usize = 20;
 
 /// Properties of a channel that follow from its own values alone.
 #[derive(Debug)]
-pub(super) struct Own {
+pub struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
@@ -170,7 +170,7 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 }
 
 /// Values of all channels of a recording in the samples to which expected values are fitted.
-pub(super) struct Sampled {
+pub struct Sampled {
     samples: Vec<usize>,
     channels: Vec<(Channel, Vec<f64>)>,
 }
@@ -192,7 +192,7 @@ impl Sampled {
 
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
-pub(super) struct Expected {
+pub struct Expected {
     /// For each of the other channels: its mean, which is subtracted, and its factor.
     by: Vec<(Channel, f64, f64)>,
     constant: f64,
@@ -325,7 +325,7 @@ fn factors(
 }
 
 /// Channel of a recording, with the properties of its values and the values that other channels predict for it.
-pub(super) struct Watched<'a> {
+pub struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
     pub values: &'a [f64],
@@ -520,7 +520,7 @@ impl Watched<'_> {
 }
 
 /// Joins ranges of samples that touch or overlap. They must be sorted by their starts.
-pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+pub fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
         match joined.last_mut() {
@@ -539,7 +539,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
 }
 
 /// Adds a fault for each run of samples for which `samples` is true.
-pub(super) fn push_runs(
+pub fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,
     channel: Channel,

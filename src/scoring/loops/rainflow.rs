@@ -7,7 +7,7 @@ use crate::{min_max::MinMax, scoring::loops::turns::Branch};
 
 /// Closed cycles of one recording, and the half cycles that are left over.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Counted {
+pub struct Counted {
     /// The two branches of each closed cycle. The second branch ends where the load is back at the start of the first.
     pub closed: Vec<[Branch; 2]>,
     /// Half cycles in the order of time. Their ranges first grow and then shrink.
@@ -19,7 +19,7 @@ pub(crate) struct Counted {
 /// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle of three ranges is a cycle if neither
 /// neighbour is smaller. The half cycles that are left over are the same as in the standard. If three ranges are equal, the
 /// middle one is not taken as a cycle. Equal half cycles are later paired in the order of time, so the counts are the same.
-pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
+pub fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let mut counted = Counted::default();
     let residue = &mut counted.residue;
     for branch in branches {
@@ -70,7 +70,7 @@ fn closing_sample(first: &Branch, after: &Branch, loads: &[f64]) -> usize {
 
 /// Pairs neighbouring half cycles to cycles, and returns the index of the first half cycle of each pair. A half cycle is in
 /// at most one pair. The pairs have the largest possible sum of squared common load ranges.
-pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
+pub fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
     // Dynamic programming: for the first n half cycles, the largest sum of squares, and true if the last two of them form a

@@ -185,7 +185,7 @@ impl Contradiction {
 }
 
 /// Returns the finding that recordings contain the same samples of gauges and loads.
-pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
+pub fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
     let mut pairs = Vec::new();
     for own in recordings.iter().filter(|own| own.n_samples() > 1) {
@@ -205,7 +205,7 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
 
 /// Returns the finding of [`lag`] with its cost converted from a share of the error to a share of full scale, by the errors
 /// of a calibration.
-pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
+pub fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
     let errors = calibration.quality.compensated.train_rmse.iter().flatten();
     let of_scale = errors.zip(&calibration.full_scale).filter(|(_, full_scale)| **full_scale > 0.0);
     let error = of_scale.map(|(error, full_scale)| error / full_scale).fold(0.0, f64::max);
@@ -214,10 +214,7 @@ pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding 
 
 /// Returns the finding that gauges lag behind the reference or are ahead of it. The cost of the finding is the share of the
 /// error that the lag explains.
-pub(crate) fn lag(
-    training: &[&Recording],
-    progress: &Progress,
-) -> Result<Option<Finding>, Cancelled> {
+pub fn lag(training: &[&Recording], progress: &Progress) -> Result<Option<Finding>, Cancelled> {
     let mut n = 0;
     let moving = training.iter().filter(|own| !own.is_static()).take_while(|own| {
         n += own.n_samples();

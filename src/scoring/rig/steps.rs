@@ -4,7 +4,7 @@
 const INDEPENDENT: f64 = 1e-3;
 
 /// Values of rows in order, after subtraction of the mean of each group of rows and of all that known columns explain.
-pub(super) struct Steps {
+pub struct Steps {
     groups: Vec<usize>,
     sizes: Vec<f64>,
     /// Orthogonal columns of length one.
@@ -107,7 +107,7 @@ impl Steps {
 }
 
 /// Returns the column of a step at a row.
-pub(super) fn step_at(row: usize, n: usize) -> Vec<f64> {
+pub fn step_at(row: usize, n: usize) -> Vec<f64> {
     (0..n).map(|k| if k >= row { 1.0 } else { 0.0 }).collect()
 }
 

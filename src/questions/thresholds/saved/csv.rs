@@ -11,7 +11,7 @@ use crate::{
     scoring::score_set::ScoreSet,
 };
 
-pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
+pub const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Delimited text",
     ending: "csv",
     holds: "every number",
