@@ -24,7 +24,7 @@ use crate::{
 const HEADING: &str = "Features";
 const REGRESSOR_HEADING: &str = "Regressor";
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LookBacks(Vec<f64>);
 
 impl FromStr for LookBacks {

@@ -56,7 +56,7 @@ impl Files<'_> {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Input {
     pub path: PathBuf,
     /// Folder that the user named and that contains this file; `None` if the user named the file itself.

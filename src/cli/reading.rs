@@ -343,7 +343,7 @@ impl ReadArgs {
 }
 
 /// What a job needs of each recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Needs {
     Nothing,
     GaugesAndLoad,

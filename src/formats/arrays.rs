@@ -33,7 +33,7 @@ const REFERENCE_TIMES: &str =
     "t_ref time_ref t_reference time_reference reference_time ref_time t_loads time_loads";
 
 /// Variable that is written to a NumPy or MATLAB file.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Entry {
     Numbers(Array),
     Texts { name: String, texts: Vec<String> },
@@ -49,7 +49,7 @@ impl Entry {
 }
 
 /// Array of numbers as stored in a file.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Array {
     pub name: String,
     /// Unit of the array's values; empty if the file gives no unit.

@@ -2,7 +2,7 @@
 
 use crate::shown;
 /// One of the tables of a file with several tables, such as a sheet of a workbook.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct FilePart {
     /// Name by which a column map selects the table.
     pub name: String,
@@ -11,7 +11,7 @@ pub struct FilePart {
 }
 
 /// Columns of numbers that were read from a file that is not text.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
@@ -27,7 +27,7 @@ pub struct Columns {
 
 /// Column of numbers, whose name is written as in the header of a text file. Columns on another clock may have another
 /// length.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Column {
     pub name: String,
     pub unit: String,
@@ -58,7 +58,7 @@ impl Columns {
 }
 
 /// Sample of the rows of a file: its first rows, and a few rows from each of many places of the file.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Sample<'a> {
     pub rows: Vec<Vec<Cell<'a>>>,
     /// Index in `rows` of the first row from each place of the file.

@@ -6,7 +6,7 @@ use super::columns::from_origin;
 /// Stored value that means a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Number {
     Float(usize),
     Int(usize),

@@ -17,7 +17,7 @@ pub struct Part {
 }
 
 /// Arrays of one group or struct of a file. Arrays outside of any group form a group with an empty name.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Group {
     pub name: String,
     pub arrays: Vec<Array>,

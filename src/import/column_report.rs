@@ -30,7 +30,7 @@ const FILLED_PERCENT: usize = 50;
 const COUNTED_ROWS: usize = 60;
 
 /// Reason for the proposed role of a column.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// A column map gives the role.
@@ -165,7 +165,7 @@ impl ColumnReport {
 }
 
 /// Kind of content that most cells of a column have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the names are the documentation")]

@@ -74,7 +74,7 @@ impl<'a> LiveSource<'a> {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RowForm {
     Table,
     Numbers,

@@ -41,14 +41,14 @@ pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};
 
 /// Line of a live source that cannot be used, with the reason and the time of the row if it is known.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Rejected {
     pub time: Option<f64>,
     pub why: String,
 }
 
 /// One row of a live source. Its values are in the order of the channels in [`LiveTable`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct LiveRow {
     pub time: f64,
     pub gauges: Vec<f64>,
@@ -60,7 +60,7 @@ pub struct LiveRow {
 }
 
 /// Indices of the calibration's gauges and auxiliary channels in the rows of a [`LiveTable`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Places {
     gauges: Vec<usize>,
     auxiliary: Vec<usize>,

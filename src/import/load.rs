@@ -83,7 +83,7 @@ pub fn unit_note(without_unit: &[String]) -> Option<String> {
 }
 
 /// Roles of the columns of one file: those that a column map gives, and the proposed ones.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Mapped {
     pub map: ColumnMap,
     pub columns: Vec<ColumnReport>,

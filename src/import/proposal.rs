@@ -36,7 +36,7 @@ const LARGEST_MOMENT: f64 = 1e4;
 const FEW_ROWS: usize = 60;
 
 /// Roles of the columns of one table, with what was assumed and what is still open.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Proposal {
     pub columns: Vec<ColumnReport>,
     /// Index and rule of each column that has a role.

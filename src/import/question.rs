@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Question about the columns of a file that neither their names nor their values answer. Columns are counted from 1.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {
     /// Is one of these columns the time of the reference?

@@ -55,7 +55,7 @@ pub struct Rows {
 }
 
 /// Successive rows in which the last value of an auxiliary channel is older than the longest allowed pause.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct HeldRows {
     pub channel: usize,
     pub rows: Range<usize>,
@@ -63,7 +63,7 @@ pub struct HeldRows {
 
 /// First of several rows that belong to one group and are on successive lines. Row number `row` of the table is on line
 /// `line` of the file.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct LineRun {
     row: usize,
     line: u64,

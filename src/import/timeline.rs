@@ -30,7 +30,7 @@ const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Rows of a file at which recordings start, and rows that repeat a time.
-#[derive(Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Cuts {
     /// First row of each recording, except the first recording.
     pub starts: Vec<usize>,

@@ -193,7 +193,7 @@ impl Cause {
 }
 
 /// Reason why a row is skipped because of one cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trouble {
     Empty,
     NotANumber,

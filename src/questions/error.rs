@@ -8,7 +8,7 @@ use crate::{
     recording::Missing,
 };
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
 pub enum AnalysisError {
     #[error(

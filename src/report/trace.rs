@@ -52,7 +52,7 @@ impl Trace {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Shown {
     #[default]
     PercentFs,

@@ -22,7 +22,7 @@ use crate::{
 /// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
 const DROPOUT_SHARE: f64 = 0.05;
 
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Faults {
     /// All faults that were found, in order of kind, channel and time.
     pub found: Vec<Fault>,

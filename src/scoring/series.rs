@@ -69,7 +69,7 @@ impl Values for Difference {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Series {
     pub values: Arc<dyn Values>,
     /// Number of consecutive samples in a run of the first, finest level.

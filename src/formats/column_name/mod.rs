@@ -23,7 +23,7 @@ const VOLTS: &str = "V mV uV µV";
 /// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ColumnName {
     /// Name of the column as written, without a unit in brackets.
     pub name: String,

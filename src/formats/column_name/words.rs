@@ -62,7 +62,7 @@ const AUXILIARIES: &str = "\
 const NOT_MEASURED: &str =
     "compensated comp corrected compensation setpoint target status time error soll";
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     Time,
     Gauge,

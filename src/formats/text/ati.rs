@@ -7,7 +7,7 @@ use crate::formats::columns::Cell;
 
 const ANY_ERROR: u32 = 1 << 31;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Preamble {
     pub n_lines: usize,
     pub rate_hz: Option<f64>,
@@ -15,7 +15,7 @@ pub struct Preamble {
     pub moment: CountedUnit,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct CountedUnit {
     pub unit: String,
     pub counts: f64,

@@ -23,7 +23,7 @@ const BYTE_ORDER_MARKS: [(&[u8], Encoding); 3] = [
     (b"\xfe\xff", Encoding::Utf16BigEndian),
 ];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
 pub enum Encoding {
     /// UTF-8, or ASCII.

@@ -14,14 +14,14 @@ const EPOCH: Date = civil::date(1970, 1, 1);
 /// Marks between the parts of a date.
 const MARKS: [char; 3] = ['-', '/', '.'];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DateOrder {
     YearMonthDay,
     DayMonthYear,
     MonthDayYear,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeForm {
     /// Date, optionally with a time of day after `T` or a blank.
     Date(DateOrder),
@@ -29,7 +29,7 @@ pub enum TimeForm {
     TimeOfDay,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum TimeSpelling {
     Number(TimeUnit),
     Samples,

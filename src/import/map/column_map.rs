@@ -80,7 +80,7 @@ pub struct Join {
 }
 
 /// Choice of the reference value at a time between two reference samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JoinMethod {
     /// Linear interpolation between the two samples.

@@ -96,7 +96,7 @@ impl Use {
 }
 
 /// Choice of the columns that are read from a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
     /// Gauges and reference load, which have the same clock.
     Both,

@@ -36,7 +36,7 @@ const LAGS: [f64; 2] = [0.1, 0.4];
 const MEAN: f64 = 0.1;
 
 /// What removes a cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
     /// Fit with these features.
@@ -54,7 +54,7 @@ pub enum Action {
 }
 
 /// Remedy for a cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Remedy {
     /// Cause that it removes; `None` for the unexplained error.
     pub cause: Option<Cause>,

@@ -24,7 +24,7 @@ pub struct Estimate {
 }
 
 /// Noise and drift of one channel, in the unit of the channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct ChannelFigures {
     /// Number of samples with a finite value, at least one.
     pub n_samples: usize,

@@ -12,7 +12,7 @@ use crate::{
     scoring::{numbers::significant, rig::RigReport},
 };
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Sufficiency {
     /// Verdict on the recordings: the gravest severity in `findings`.
     pub verdict: Verdict,
@@ -40,7 +40,7 @@ pub struct Sufficiency {
     pub holds_for: String,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct AxisReach {
     pub axis: Axis,
     /// Smallest training load (N, N·m).

@@ -12,7 +12,7 @@ use crate::{
     scoring::series::Values,
 };
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Segment {
     /// Index of the recording in the recording set.
     pub recording: usize,

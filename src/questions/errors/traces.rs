@@ -75,7 +75,7 @@ impl AxisTraces {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct TraceSet {
     pub view: View,
     /// Recordings on screen, in their order on the time axis.

@@ -39,7 +39,7 @@ const LOADED: f64 = 0.1;
 const COMBINED: f64 = 0.05;
 
 /// Sums over the held-out errors of one group of recordings, one for each axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 struct GroupSums {
     n: f64,
     errors: Vec<f64>,
@@ -47,7 +47,7 @@ struct GroupSums {
 }
 
 /// Held-out errors, from which the expected error is computed.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct HeldOutErrors {
     /// Number of held-out samples, which may be larger than the number of stored errors.
     pub n_samples: u64,

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// A cross-plot, ready to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct CrossPlot {
     /// Request that the plot answers.
     pub question: CrossQuestion,

@@ -29,7 +29,7 @@ const ARROW_SHARE: usize = 10;
 /// Margin around the points in a plot of loop widths, as a share of the range of the plotted widths and rates.
 const WIDTH_MARGIN: f64 = 0.06;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FiguresOf {
     #[default]
     Mean,
@@ -66,7 +66,7 @@ impl Inks {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct LoopView<'a> {
     pub plot: &'a LoopPlot,
     /// Name and unit of the gauge on the vertical axis; empty if the axis shows a load.

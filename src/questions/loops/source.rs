@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// Part of one recording: its index, and a range of its samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Part {
     pub recording: usize,
     pub samples: Range<usize>,

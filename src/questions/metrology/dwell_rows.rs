@@ -141,7 +141,7 @@ fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
 }
 
 /// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in a dwell.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Dwell {
     pub place: Place,
     /// Mean reference load of the axis in the dwell; `None` if the recording has no reference for the axis.

@@ -149,7 +149,7 @@ pub struct Basis {
 pub type Figure = std::result::Result<Value, Reason>;
 
 /// Table cell with the figures of one quantity and one axis.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Cell {
     /// Axis of the cell.
     pub axis: Axis,
@@ -164,7 +164,7 @@ pub struct Cell {
 }
 
 /// One row of the table of metrology figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Quantity that the row shows, such as hysteresis.
     #[serde(skip)]
@@ -177,7 +177,7 @@ pub struct Row {
 }
 
 /// Table of metrology figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Metrology {
     /// Axes in the order of the cells of each row.
     pub axes: Vec<Axis>,

@@ -82,7 +82,7 @@ impl Rules<'_> {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what}s are given for {axes} axes; give one for each axis, in axis order")]
     Count { what: &'static str, given: usize, axes: usize },

@@ -72,7 +72,7 @@ impl TrainingStep {
 
 /// Sums over samples of a hybrid model. They give the squared error for any share of the network's or kernel's output that is
 /// added to the linear fit.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Moments {
     pub n_samples: u64,
     /// `Σ r²`, `Σ r g` and `Σ g²` of each axis: r is the residual of the linear fit, g the output of the network or kernel.

@@ -16,7 +16,7 @@ use crate::{
 /// Maximum number of samples on which the computing time per sample is measured.
 const TIMED_STEPS: usize = 2_000;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Cost {
     pub coefficients: usize,
     /// Memory that an exported calibration needs in single precision (bytes): parameters and state, at the sample rate of the
@@ -123,7 +123,7 @@ fn micros_a_sample(calibration: &Calibration, recordings: &RecordingSet) -> Opti
     Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mark {
     None,
     /// Mark of the smallest model that is nearly as accurate as the most accurate one.

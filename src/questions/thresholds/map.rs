@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Threshold that varies along a curve of errors, while the other one is fixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Along {
     F,
     T,

@@ -42,7 +42,7 @@ impl FlatRange {
 /// Within the ranges, the choice hardly matters.
 ///
 /// The error at the minimum is lower than the error on new samples, because the pair is chosen among many.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     pub thresholds: Thresholds,
     /// Row and column of the minimum in the map.
@@ -63,7 +63,7 @@ pub struct Suggestion {
     pub cross_validation: CrossValidation,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum NoSuggestion {
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),

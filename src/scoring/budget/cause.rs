@@ -54,7 +54,7 @@ impl Cause {
 }
 
 /// Set of causes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Causes(usize);
 
 impl Causes {

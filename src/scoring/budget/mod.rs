@@ -41,7 +41,7 @@ use crate::{
 const MOST_NUMBERS: usize = 1 << 25;
 
 /// Error budget of a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Budget {
     /// Causes that were tested.
     pub tested: Vec<Cause>,

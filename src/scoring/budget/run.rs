@@ -48,7 +48,7 @@ pub type Model<'a> = Option<(&'a dyn ModelColumns, f64)>;
 
 /// Contiguous samples of one recording that cross-validation leaves out together: the whole recording, or a segment if there
 /// are fewer than three recordings.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Unit {
     pub run: usize,
     pub samples: Range<usize>,

@@ -17,7 +17,7 @@ const CONSTANT: f64 = 1e-4;
 /// Minimum change time (samples) at which noise can be told apart from changes of the load.
 const SHORTEST_WITH_NOISE: f64 = 4.0;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct TimeScale {
     /// Number of samples in which the load changes by a tenth of its variance.
     pub change_samples: f64,

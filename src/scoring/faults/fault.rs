@@ -31,7 +31,7 @@ impl fmt::Display for FaultKind {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
     pub kind: FaultKind,
     pub channel: Channel,

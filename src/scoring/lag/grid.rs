@@ -81,7 +81,7 @@ pub struct Part {
 }
 
 /// Inputs of the play operators that describe hysteresis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drivers {
     /// Load of each axis, to describe friction and backlash of the structure.
     Axes,

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::dot::dot;
 
 /// Kind of the lag of a signal behind the reference load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LagKind {
     /// Delay of the whole signal, such as a clock offset, a late time stamp or a transport delay.

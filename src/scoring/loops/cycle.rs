@@ -43,7 +43,7 @@ const MAX_NOISE: f64 = 0.02;
 const MAX_NEIGHBOURS: usize = 12;
 
 /// Hysteresis loop of one output: [`LOADS`] values on each branch, at loads in equal steps over `range`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Loop {
     /// Range of loads that both branches cover.
     pub range: MinMax,

@@ -49,7 +49,7 @@ pub const FEWEST_CYCLES: usize = 3;
 pub const MOST: f64 = 0.5;
 
 /// Branches and cycles of the load on one axis in several recordings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Loops {
     branches: Vec<Vec<Branch>>,
     /// Cycles sorted by recording and time. Each half cycle belongs to at most one cycle.

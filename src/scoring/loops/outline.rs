@@ -27,7 +27,7 @@ pub struct Frame {
 }
 
 /// Part of a branch, in which the load rises or falls, as points `[load, output]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Stroke {
     pub rising: bool,
     /// Points `[load, output]` in the order of time.
@@ -35,7 +35,7 @@ pub struct Stroke {
 }
 
 /// Density of paths: number of samples in each cell of half a pixel, on a logarithmic scale.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Density {
     /// Rectangle that the cells cover.
     pub frame: Frame,
@@ -47,7 +47,7 @@ pub struct Density {
 }
 
 /// Drawing of paths, reduced to lines with few points or to a density.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub enum Outline {
     /// Paths as lines.
     Lines(Vec<Vec<[f64; 2]>>),

@@ -6,7 +6,7 @@
 use crate::{min_max::MinMax, scoring::loops::turns::Branch};
 
 /// Closed cycles of one recording, and the half cycles that are left over.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct Counted {
     /// The two branches of each closed cycle. The second branch ends where the load is back at the start of the first.
     pub closed: Vec<[Branch; 2]>,

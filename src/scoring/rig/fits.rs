@@ -219,7 +219,7 @@ pub fn excess(others: &Mat<f64>, samples: &Mat<f64>, axis: usize, shape: &Shape)
 }
 
 /// Least-squares fit of the gauges to the loads: `gauge = map · [1, load]`.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Forward {
     /// One row for each gauge: its zero, then its slope along each load axis.
     pub map: Mat<f64>,

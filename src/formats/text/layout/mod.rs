@@ -14,7 +14,7 @@ use super::written::{Preamble, TextLayout};
 use crate::formats::{column_name::ColumnName, columns::Sample};
 
 /// Position and header of a table in its file, if the file has a given layout.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Head {
     /// Number of the line with the header, or with the first row if there is no header.
     pub line: u64,
