@@ -124,31 +124,33 @@ impl ColumnName {
         words::is_mass(&words_of(&self.name.to_lowercase()))
     }
 
+    /// Returns true if the words of a name that is not too long have this meaning.
+    fn has(&self, meaning: fn(&[&str]) -> bool) -> bool {
+        self.name.len() <= LONGEST && meaning(&words_of(&self.name.to_lowercase()))
+    }
+
     /// Returns true if a word of the name means a time.
     pub fn has_clock_word(&self) -> bool {
-        self.name.len() <= LONGEST && words::is_clock(&words_of(&self.name.to_lowercase()))
+        self.has(words::is_clock)
     }
 
     /// Returns true if the name is that of a count of rows, cycles or frames.
     pub fn is_counter(&self, is_whole: bool) -> bool {
-        let name = self.name.to_lowercase();
-        is_whole && self.name.len() <= LONGEST && words::is_counter(&words_of(&name))
+        is_whole && self.has(words::is_counter)
     }
 
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
     /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
-        let name = self.name.to_lowercase();
         unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
-            || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
+            || self.has(words::is_displacement)
     }
 
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
     /// `adc`.
     pub fn is_signal(&self, unit: Option<&str>) -> bool {
-        let name = self.name.to_lowercase();
         unit.is_some_and(|unit| is_one_of(unit, VOLTS) && !self.is_other_quantity(Some(unit)))
-            || self.name.len() <= LONGEST && words::is_signal(&words_of(&name))
+            || self.has(words::is_signal)
     }
 
     /// Returns true if the column holds the seconds or nanoseconds of a time stamp.

@@ -4,13 +4,13 @@ use crate::{
     min_max::MinMax,
     questions::metrology::{
         figures::{Figure, Value},
-        loop_rows::{FEWEST_LOADS, Line},
+        loop_rows::FEWEST_LOADS,
         measured::AxisView,
         quantity::Quantity,
         reason::Reason,
     },
     recording::load_cases,
-    scoring::{metrics::root_mean, quantile::quantile},
+    scoring::{metrics::root_mean, quantile::quantile, straight_lines::Line},
 };
 
 pub fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     questions::metrology::{
-        figures::{Figure, Place, Result, Run, Value},
+        figures::{Figure, Found, Place, Run, Value},
         measured::{AxisRun, AxisView, Columns, Measured},
         quantity::Quantity,
         reason::Reason,
@@ -64,7 +64,7 @@ fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
 }
 
 /// Returns the longest dwell during which the axis is loaded.
-fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
+fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Found<Dwelling<'a>> {
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
         let holds = view.measured.holds[run.index].iter();
@@ -79,7 +79,7 @@ fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
 }
 
 /// Returns the longest dwell at zero load that follows a load on the axis.
-fn recovery<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
+fn recovery<'a>(view: &'a AxisView<'a>) -> Found<Dwelling<'a>> {
     let least = view.loaded_from()?;
     check_zero(view)?;
     let after_a_load = view.runs.iter().flat_map(|run| {
@@ -101,7 +101,7 @@ fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     holds.filter(|hold| measured.is_at_zero(run.index, hold)).collect()
 }
 
-fn check_zero(view: &AxisView<'_>) -> Result<()> {
+fn check_zero(view: &AxisView<'_>) -> Found<()> {
     let settings = view.measured.settings;
     if view.runs.iter().all(|run| dwells_at_zero(view, run).is_empty()) {
         return Err(Reason::NoZero { share: settings.zero_share, secs: settings.hold_secs });
@@ -159,7 +159,7 @@ pub fn dwells(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
     axis: usize,
-) -> std::result::Result<Vec<Dwell>, MetrologyError> {
+) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
         let (measured, Columns { run, loads }) = (&measured, &measured.runs[index]);

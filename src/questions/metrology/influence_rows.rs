@@ -3,7 +3,7 @@
 use crate::{
     min_max::MinMax,
     questions::metrology::{
-        figures::{Figure, Result, Value},
+        figures::{Figure, Found, Value},
         measured::AxisView,
         quantity::Quantity,
         reason::Reason,
@@ -98,7 +98,7 @@ pub fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Fi
 }
 
 /// Returns the change of the error at zero and at full load by a change of the temperature, and both standard uncertainties.
-fn temperature_effects(view: &AxisView<'_>, output: usize) -> Result<([f64; 2], [f64; 2])> {
+fn temperature_effects(view: &AxisView<'_>, output: usize) -> Found<([f64; 2], [f64; 2])> {
     let (axis, full_scale) = (view.axis, view.full_scale);
     let none = Reason::NoTemperature { axis, least: LEAST };
     let runs: Vec<(_, Vec<f64>)> = (view.runs.iter())

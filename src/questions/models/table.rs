@@ -46,9 +46,6 @@ pub struct Model {
     pub conventional: Scores,
     pub cost: Cost,
     pub n_train: u64,
-    /// Ridge strength of the linear part of the model, per axis.
-    #[serde(skip)]
-    pub ridge: Vec<f64>,
     /// Time for fitting and scoring the model (s), if known.
     pub seconds: Option<f64>,
     /// Trained calibration; `None` for a linear model, whose fit is quick to repeat.
@@ -73,7 +70,6 @@ impl Model {
             conventional: quality.conventional.clone(),
             cost: cost(calibration, recordings),
             n_train: quality.n_train,
-            ridge: quality.ridge.clone(),
             trained: learns.then(|| Arc::clone(calibration)),
             ..Self::default()
         }

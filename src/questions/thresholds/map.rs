@@ -97,6 +97,13 @@ impl ThresholdMap {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
     }
 
+    /// Returns the thresholds and the scores of all points that are computed, with t_th running faster.
+    pub fn points(&self) -> impl Iterator<Item = (Thresholds, &PointScores)> {
+        let n_t = self.grid.t_ths_secs.len();
+        let all = (0..self.rows.len() * n_t).map(move |at| (at / n_t, at % n_t));
+        all.filter_map(|(f_at, t_at)| Some((self.thresholds(f_at, t_at), self.point(f_at, t_at)?)))
+    }
+
     /// Returns the thresholds at row `f_at` and column `t_at` of the grid. Panics if there is no such row or column.
     pub fn thresholds(&self, f_at: usize, t_at: usize) -> Thresholds {
         Thresholds { f_th: self.grid.f_ths[f_at], t_th_secs: self.grid.t_ths_secs[t_at] }

@@ -6,7 +6,10 @@ use faer::{Mat, Side};
 
 use crate::{
     calibration::NormalEquations,
-    scoring::budget::run::{Run, add_run},
+    scoring::{
+        budget::run::{Run, add_run},
+        inverse::inverse_above,
+    },
 };
 
 /// Maximum number of gauges of which each has columns of its own. With more gauges, the strongest principal components take
@@ -183,18 +186,6 @@ fn deviations(covariance: &Mat<f64>) -> Vec<f64> {
 /// Returns the pseudo-inverse of a symmetric, positive semi-definite matrix.
 pub fn pseudo_inverse(of: &Mat<f64>) -> Option<Mat<f64>> {
     inverse_above(of, UNDETERMINED)
-}
-
-/// Returns the pseudo-inverse of a symmetric, positive semi-definite matrix. Eigenvalues up to `least` times the largest one
-/// count as zero.
-pub fn inverse_above(of: &Mat<f64>, least: f64) -> Option<Mat<f64>> {
-    let eigen = of.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let scaled = Mat::from_fn(of.nrows(), of.ncols(), |i, j| {
-        if values[j] > least * largest { vectors[(i, j)] / values[j] } else { 0.0 }
-    });
-    Some(scaled * vectors.transpose())
 }
 
 /// Returns the strongest principal components, scaled to the standard deviation 1.

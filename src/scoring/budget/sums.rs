@@ -8,13 +8,15 @@ use rayon::prelude::*;
 use crate::{
     calibration::NormalEquations,
     progress::{Cancelled, Progress},
-    scoring::budget::{
-        cause::Cause,
-        columns::{Columns, Rows},
-        held_out::{picked, solve},
-        inputs::inverse_above,
-        noise::{CHUNK, Noise},
-        run::{ModelColumns, Run, Unit},
+    scoring::{
+        budget::{
+            cause::Cause,
+            columns::{Columns, Rows},
+            held_out::{picked, solve},
+            noise::{CHUNK, Noise},
+            run::{ModelColumns, Run, Unit},
+        },
+        inverse::inverse_above,
     },
 };
 

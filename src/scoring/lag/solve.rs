@@ -6,7 +6,10 @@ use faer::{Accum, Mat, MatRef, Par, Side};
 
 use super::grid::{AROUND_JUMP, Columns, Grids};
 use super::kind::{LagKind, add_late_rows};
-use crate::dot::{dot, dot_of_long};
+use crate::{
+    dot::{dot, dot_of_long},
+    scoring::inverse::inverse_above,
+};
 
 /// Minimum eigenvalue of the scaled normal matrix, as a share of its largest eigenvalue. Coefficients along directions with
 /// smaller eigenvalues are set to zero.
@@ -266,26 +269,13 @@ impl Solver {
         let factor = scaled.llt(Side::Lower);
         let inverse = match factor.map(|factor| factor.solve(Mat::<f64>::identity(n, n))) {
             Ok(inverse) if inverse.norm_l2() * (n as f64) < WELL_DETERMINED => inverse,
-            _ => inverse_of_determined(&scaled)?,
+            _ => inverse_above(&scaled, LEAST_DIRECTION)?,
         };
         let inverse =
             Mat::from_fn(n, n, |row, column| inverse[(row, column)] * scale(row) * scale(column));
         let is_finite = (0..n).all(|row| (0..n).all(|column| inverse[(row, column)].is_finite()));
         is_finite.then_some(Self { columns, inverse })
     }
-}
-
-/// Returns the inverse of a matrix along the directions that it determines, and zero along all others.
-fn inverse_of_determined(scaled: &Mat<f64>) -> Option<Mat<f64>> {
-    let parts = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-    let (vectors, values) = (parts.U(), parts.S());
-    let n = scaled.ncols();
-    let largest = (0..n).map(|at| values[at]).fold(0.0, f64::max);
-    let weighted = Mat::from_fn(n, n, |row, at| {
-        let is_kept = values[at] > LEAST_DIRECTION * largest;
-        if is_kept { vectors[(row, at)] / values[at] } else { 0.0 }
-    });
-    Some(weighted * vectors.transpose())
 }
 
 /// Returns the products of all pairs of columns, summed over the rows, in the lower triangle.

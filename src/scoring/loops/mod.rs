@@ -36,8 +36,8 @@ pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::quiet;
 pub use extents::{extents_of, extents_of_set};
-pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
+pub(crate) use outline::{Stroke, inside};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
 pub use turns::{LoadExtent, branches, default_reversal_threshold};
 

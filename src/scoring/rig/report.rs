@@ -24,12 +24,12 @@ use crate::{
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
 const UNITS: [(f64, &str); 6] = [
-    (4.448_221_6, "pounds-force taken for newtons would explain it"),
-    (9.806_65, "kilograms-force taken for newtons would explain it"),
-    (1000.0, "a unit that is a thousand times as large or as small would explain it"),
-    (8.850_746, "pound-inches taken for newton metres would explain it"),
-    (1.355_818, "pound-feet taken for newton metres would explain it"),
-    (100.0, "centimetres taken for metres would explain it"),
+    (4.448_221_6, "pounds-force taken for newtons"),
+    (9.806_65, "kilograms-force taken for newtons"),
+    (1000.0, "a unit that is a thousand times as large or as small"),
+    (8.850_746, "pound-inches taken for newton metres"),
+    (1.355_818, "pound-feet taken for newton metres"),
+    (100.0, "centimetres taken for metres"),
 ];
 /// Maximum relative deviation of a found factor from the factor between two units, or from −1, for which the report names the
 /// confused units or the reversed sign.
@@ -161,7 +161,8 @@ impl Contradiction {
             Where::All => String::new(),
         };
         let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
-        let unit = self.unit().filter(|_| value > 0.0).map(|own| format!("{own}; "));
+        let unit =
+            self.unit().filter(|_| value > 0.0).map(|own| format!("{own} would explain it; "));
         let figures = format!(
             "{}the held-out error is {with} % of full scale, and {without} % after correction of this fault",
             unit.unwrap_or_default()
