@@ -158,12 +158,7 @@ impl<'a> LoopView<'a> {
             .then(|| Line::one_to_one(frame.loads, frame.outputs, inks.guide))
             .flatten();
         let branches = self.shown.iter().flat_map(|curve| {
-            [(true, opacity), (false, 0.5 * opacity)].map(|(rising, opacity)| {
-                let strokes = curve.drawn.strokes.iter();
-                let strokes = strokes.filter(|stroke| stroke.rising == rising);
-                let pieces = strokes.map(|stroke| &stroke.points[..]);
-                Line { opacity, width: 1.0, ..Line::new("", inks.of(curve.output), pieces) }
-            })
+            branch_lines(&curve.drawn, inks.of(curve.output), 1.0, [opacity, 0.5 * opacity])
         });
         let found = self.found();
         let loops = found.iter().flat_map(|(output, figures)| {
@@ -261,27 +256,43 @@ impl CrossPlot {
             }
             _ => None,
         };
-        let pieces = self.drawn.strokes.iter().map(|stroke| &stroke.points[..]);
-        let line = Line {
-            opacity: 1.25 * thin_opacity(std::iter::once(&self.drawn)),
-            width: 1.1,
-            ..Line::new("", inks.gauge, pieces)
-        };
-        let [across, up] = labels;
-        Figure {
-            title: format!("{up} against {across}"),
-            across: Scale::new(across, frame.loads),
-            up: Scale::new(up, frame.outputs),
-            clouds: clouds(&self.drawn, inks.gauge, inks.text),
-            lines: one_to_one.into_iter().chain([line]).collect(),
-            ..Figure::default()
-        }
+        let figure = figure_of_channels(&self.drawn, &labels, frame, inks);
+        Figure { lines: one_to_one.into_iter().chain(figure.lines).collect(), ..figure }
+    }
+}
+
+/// Returns the strokes of the rising and of the falling branches.
+fn branch_lines(drawn: &Drawn, color: [u8; 3], width: f32, opacity: [f32; 2]) -> [Line<'_>; 2] {
+    [true, false].map(|rising| {
+        let strokes = drawn.strokes.iter().filter(|stroke| stroke.rising == rising);
+        let pieces = strokes.map(|stroke| &stroke.points[..]);
+        Line { opacity: opacity[usize::from(!rising)], width, ..Line::new("", color, pieces) }
+    })
+}
+
+/// Returns the figure of one channel against another. Falling branches are paler.
+pub fn figure_of_channels<'a>(
+    drawn: &'a Drawn,
+    [across, up]: &[String; 2],
+    frame: Frame,
+    inks: &Inks,
+) -> Figure<'a> {
+    let opacity = 1.25 * thin_opacity(std::iter::once(drawn));
+    let mut lines = branch_lines(drawn, inks.gauge, 1.1, [opacity, 0.6 * opacity]).to_vec();
+    lines.retain(|line| !line.pieces.is_empty());
+    Figure {
+        title: format!("{up} against {across}"),
+        across: Scale::new(across, frame.loads),
+        up: Scale::new(up, frame.outputs),
+        clouds: clouds(drawn, inks.gauge, inks.text),
+        lines,
+        ..Figure::default()
     }
 }
 
 /// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `rising`, falling
 /// branches a colour between `rising` and `ink`.
-pub fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
+fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
         .map(|cloud| Cloud {
@@ -315,7 +326,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
 }
 
 /// Returns the opacity of the thin lines of branches. More points give fainter lines, so that thick lines stand out.
-pub fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
+fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|drawing| drawing.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);
     (0.6 * (1000.0 / most.max(1) as f32).sqrt()).clamp(0.2, 0.6)

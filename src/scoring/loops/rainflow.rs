@@ -30,9 +30,8 @@ pub fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
             if !closes || beside == [span; 2] {
                 break;
             }
-            let mut after = residue.pop().expect("the stack of branches holds at least three");
-            let middle = residue.pop().expect("the stack of branches holds at least three");
-            let before = residue.pop().expect("the stack of branches holds at least three");
+            let three = <[Branch; 3]>::try_from(residue.split_off(residue.len() - 3));
+            let [before, middle, mut after] = three.expect("three branches were taken");
             let back = closing_sample(&middle, &after, loads);
             let n_within = (after.nested).partition_point(|nested| nested.end <= back);
             let rest = after.nested.split_off(n_within);
