@@ -178,9 +178,10 @@ pub fn remedies(
     };
     let thinned = (search.step > 1).then(|| data.thinned(search.step));
     let thin = thinned.as_ref().unwrap_or(&data);
-    let before = match causes.iter().any(|(_, part)| *part >= LEAST) {
-        true => search.errors(thin, &search.settings)?,
-        false => None,
+    let before = if causes.iter().any(|(_, part)| *part >= LEAST) {
+        search.errors(thin, &search.settings)?
+    } else {
+        None
     };
     let mut found: Vec<Remedy> = Vec::new();
     for (cause, _) in causes.iter().filter(|(_, part)| *part >= LEAST) {

@@ -77,7 +77,6 @@ impl AxisTraces {
 
 #[derive(Debug)]
 pub struct TraceSet {
-    pub view: View,
     /// Recordings on screen, in their order on the time axis.
     pub segments: Arc<[Segment]>,
     /// Time of each sample on the time axis (s). The first recording starts at zero. Each further recording starts one time step
@@ -426,7 +425,6 @@ impl FixedTraces {
         });
         let thresholds = calibration.features.look_backs.first().copied();
         TraceSet {
-            view: self.view,
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
             is_static: self.is_static,

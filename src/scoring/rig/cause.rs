@@ -442,10 +442,11 @@ impl Rig {
         if !is_loaded(&fits::changed(&own, &change)) || !(is_loaded(&own) || is_unit) {
             return None;
         }
-        let corrected = self.units.iter().zip(is_here).map(|(own, here)| match here {
-            true => own.changed(&change),
-            false => own.clone(),
-        });
+        let corrected = self
+            .units
+            .iter()
+            .zip(is_here)
+            .map(|(own, here)| if *here { own.changed(&change) } else { own.clone() });
         let units: Vec<Unit> = corrected.collect();
         // For an exchange of columns, its share is estimated from the uncorrected data of each unit.
         let shown = if steps == 0 { &self.units } else { &units };

@@ -249,10 +249,8 @@ pub fn lag(training: &[&Recording], progress: &Progress) -> Result<Option<Findin
         .filter_map(|(name, own)| Some((name, own.ok().filter(differs)?)))
         .map(|(name, own)| format!("{name} {} s", significant(own.seconds, 2)))
         .collect();
-    let (way, size) = match worst.seconds > 0.0 {
-        true => ("behind", worst.seconds),
-        false => ("ahead of", -worst.seconds),
-    };
+    let (way, size) =
+        if worst.seconds > 0.0 { ("behind", worst.seconds) } else { ("ahead of", -worst.seconds) };
     let seen = format!(
         "the gauges are {way} the reference by {} s, which is {} samples",
         significant(size, 2),
