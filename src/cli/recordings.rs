@@ -1,7 +1,7 @@
 //! Arguments that several jobs share: recordings and their roles, the sensor file, limits, and settings of the measured
 //! figures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -120,6 +120,21 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     }
 }
 
+/// Reads the sensor file, if there is one, and the recordings. Returns the request of the fit, and the content of the file.
+pub fn request_of(
+    run: &Run,
+    recordings: &RecordingArgs,
+    model: &ModelArgs,
+    sensor: Option<&Path>,
+) -> Result<(Request, SensorFile), JobError> {
+    let sensor = sensor.map(SensorFile::read).transpose()?.unwrap_or_default();
+    let rated = Rated { by_axis: sensor.rated_loads.clone(), ..model.rated() };
+    let recordings = recordings.read(run, &rated)?;
+    let mut settings = model.settings(&run.say, &recordings);
+    rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
+    Ok((Request::fit(Arc::new(recordings), settings), sensor))
+}
+
 /// Command-line arguments of `fit` and `report`: recordings, model, sensor file and limits.
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -150,13 +165,9 @@ impl FitArgs {
     }
 
     pub fn read(&self, run: &Run) -> Result<FitInputs, JobError> {
-        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
         let limits = self.limits.as_deref().map(Limits::read).transpose()?.unwrap_or_default();
-        let rated = Rated { by_axis: sensor.rated_loads.clone(), ..self.model.rated() };
-        let recordings = self.recordings.read(run, &rated)?;
-        let mut settings = self.model.settings(&run.say, &recordings);
-        rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
-        let request = Request::fit(Arc::new(recordings), settings);
+        let sensor = self.sensor.as_deref();
+        let (request, sensor) = request_of(run, &self.recordings, &self.model, sensor)?;
         Ok(FitInputs { request, sensor, limits })
     }
 

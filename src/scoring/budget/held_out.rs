@@ -96,7 +96,7 @@ impl HeldOut<'_> {
                         |sum: Mat<f64>, own| sum + own,
                     )
                 };
-                let plain = projections.iter().position(|own| *own == [false; 2]).unwrap_or(0);
+                let plain = place(Causes::default(), &projections);
                 weights.push(self.weights(&others(number), &others(plain), *projection, &sets));
             }
             progress.check()?;
@@ -268,10 +268,7 @@ impl HeldOut<'_> {
                     squares[set_number].extend(moments.iter().map(of_block));
                 }
                 for (gains_of, unit_set) in gains_of.iter_mut().zip(unit_sets) {
-                    let at = projections
-                        .iter()
-                        .position(|own| *own == projection(*unit_set))
-                        .unwrap_or(0);
+                    let at = place(*unit_set, projections);
                     let wanted = Cause::OF_UNITS.map(|cause| unit_set.contains(cause));
                     let numbers = self.units[*unit].block_numbers();
                     let of_column = |column: usize| {
@@ -362,7 +359,7 @@ impl HeldOut<'_> {
         let n_total: f64 = self.sums.n_samples.iter().sum();
         let mut all: AllErrors = vec![None; Causes::N_SETS];
         for (unit_number, unit_set) in unit_sets.iter().enumerate() {
-            let at = projections.iter().position(|own| *own == projection(*unit_set)).unwrap_or(0);
+            let at = place(*unit_set, projections);
             for (set_number, set) in sets.iter().enumerate() {
                 let mut found = SetErrors {
                     squares: vec![vec![0.0; self.sums.blocks.len()]; n_axes],
@@ -481,6 +478,11 @@ impl Choice {
 /// Returns which freedoms of the units a fit with these causes takes out of the training units.
 fn projection(set: Causes) -> Projection {
     [set.contains(Cause::Zeros), set.contains(Cause::Drift)]
+}
+
+/// Returns the place of this set's projection in the list.
+fn place(set: Causes, projections: &[Projection]) -> usize {
+    projections.iter().position(|own| *own == projection(set)).unwrap_or(0)
 }
 
 /// Returns the sums of a unit after its own multiples of these columns are taken out of all columns.
