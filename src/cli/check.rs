@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use clap::{Args, builder::TypedValueParser};
 use serde::Serialize;
 
-use super::choices::{ModelArgs, fit_arguments};
-use super::error::JobError;
-use super::inputs::Files;
-use super::recordings::{RecordingArgs, request_of};
-use super::run::{Run, Work, examples};
-use super::values::{named_file, one_of};
+use super::{
+    choices::{ModelArgs, fit_arguments},
+    error::JobError,
+    inputs::Files,
+    recordings::{RecordingArgs, request_of},
+    run::{Run, Work, examples},
+    values::{named_file, one_of},
+};
 use crate::{
     calibration::{FitSettings, Regressor},
     finding::{Face, Verdict},

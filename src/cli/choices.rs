@@ -6,9 +6,11 @@ use std::str::FromStr;
 use clap::builder::TypedValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
-use super::messages::Messages;
-use super::reading::Rated;
-use super::values::{List, one_of};
+use super::{
+    messages::Messages,
+    reading::Rated,
+    values::{List, one_of},
+};
 use crate::{
     calibration::{
         CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,

@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{JobError, usage};
-use super::messages::Messages;
+use super::{
+    error::{JobError, usage},
+    messages::Messages,
+};
 use crate::{import, progress::Progress, recording::Role, shown::listed};
 
 #[derive(Default)]

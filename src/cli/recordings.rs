@@ -6,12 +6,14 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::ModelArgs;
-use super::error::{JobError, usage};
-use super::inputs::Files;
-use super::reading::{Rated, ReadArgs};
-use super::run::Run;
-use super::values::named_file;
+use super::{
+    choices::ModelArgs,
+    error::{JobError, usage},
+    inputs::Files,
+    reading::{Rated, ReadArgs},
+    run::Run,
+    values::named_file,
+};
 use crate::{
     questions::{
         Request,

@@ -9,12 +9,14 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use serde::Serialize;
 
-use super::choices::BlockArgs;
-use super::error::JobError;
-use super::inputs::Files;
-use super::recordings::RecordingArgs;
-use super::run::{Run, Work, examples};
-use super::values::{List, named_file, one_of};
+use super::{
+    choices::BlockArgs,
+    error::JobError,
+    inputs::Files,
+    recordings::RecordingArgs,
+    run::{Run, Work, examples},
+    values::{List, named_file, one_of},
+};
 use crate::{
     calibration::Scores,
     export::Together,

@@ -15,8 +15,10 @@
 
 use std::collections::HashMap;
 
-use super::columns::{Column, Columns};
-use super::format::COLUMN_LIMIT;
+use super::{
+    columns::{Column, Columns},
+    format::COLUMN_LIMIT,
+};
 use crate::{
     formats::column_name::{is_gauge_name, is_one_of, is_time_name},
     recording::Axis,

@@ -4,8 +4,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::columns::Columns;
-use super::error::FileError;
+use super::{columns::Columns, error::FileError};
 use crate::progress::Progress;
 
 /// Maximum number of columns of a table, so that a damaged file cannot fill the memory. A sensor has far fewer columns.

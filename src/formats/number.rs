@@ -1,7 +1,6 @@
 //! Numbers as binary files store them, alone or as fields of records.
 
-use super::arrays::Array;
-use super::columns::from_origin;
+use super::{arrays::Array, columns::from_origin};
 
 /// Stored value that means a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;

@@ -4,12 +4,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::error::at;
-use super::join;
-use super::plan::{Plan, TimeScale, Use};
-use super::rows::Rows;
-use super::two_clocks::Table;
-use super::warning::{Cause, Findings, Trouble};
+use super::{
+    error::at,
+    join,
+    plan::{Plan, TimeScale, Use},
+    rows::Rows,
+    two_clocks::Table,
+    warning::{Cause, Findings, Trouble},
+};
 use crate::{
     finding::Id,
     import::{

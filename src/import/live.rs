@@ -10,14 +10,16 @@ mod head;
 
 use std::time::Instant;
 
-use super::device_rows::{DeviceRows, scattered_numbers, without_stamp};
 pub use super::device_rows::{LiveSource, RowForm};
-use super::error::{at, of_file};
-use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
-use super::plan::{Plan, Side, TimeScale};
-use super::proposal::propose;
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{
+    device_rows::{DeviceRows, scattered_numbers, without_stamp},
+    error::{at, of_file},
+    map::{ColumnMap, ColumnRole, ColumnRule, Header},
+    plan::{Plan, Side, TimeScale},
+    proposal::propose,
+    rows::Rows,
+    warning::Cause,
+};
 use crate::{
     formats::{
         LineKeys, Opened, Part,

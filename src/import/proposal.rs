@@ -6,16 +6,18 @@
 
 use std::path::Path;
 
-use super::column_report::{ColumnReport, Content, Reason, date_orders, described};
-use super::map::{
-    Attitude, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Header, PosePart, ReferenceFile, Shape,
-    TableMap,
+use super::{
+    column_report::{ColumnReport, Content, Reason, date_orders, described},
+    map::{
+        Attitude, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Header, PosePart, ReferenceFile,
+        Shape, TableMap,
+    },
+    named_column::NamedColumn,
+    plan::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT},
+    pose_names::pose_part,
+    question::Question,
+    warning::Cause,
 };
-use super::named_column::NamedColumn;
-use super::plan::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT};
-use super::pose_names::pose_part;
-use super::question::Question;
-use super::warning::Cause;
 use crate::{
     formats::{
         Cell, Opened, Sample,

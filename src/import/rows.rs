@@ -11,8 +11,10 @@ use std::ops::Range;
 pub(super) use values::is_overload;
 use values::{next_value, value_of};
 
-use super::plan::{Plan, PosePlan, TimeScale, Use};
-use super::warning::{Cause, Findings};
+use super::{
+    plan::{Plan, PosePlan, TimeScale, Use},
+    warning::{Cause, Findings},
+};
 use crate::{
     formats::{
         Cell, FileError, Opened, Part, Row,

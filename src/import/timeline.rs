@@ -1,7 +1,6 @@
 //! Examines the times of a file: derives their unit if the header has none, and finds the rows at which recordings start.
 
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{rows::Rows, warning::Cause};
 use crate::recording::{
     gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause},
     median,

@@ -3,10 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::at;
-use super::plan::{Plan, Side};
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{
+    error::at,
+    plan::{Plan, Side},
+    rows::Rows,
+    warning::Cause,
+};
 use crate::import::{
     error::{ReadError, TableError},
     join::{self, Series},

@@ -1,6 +1,4 @@
-use super::plan::PosePlan;
-use super::two_clocks::Table;
-use super::warning::Cause;
+use super::{plan::PosePlan, two_clocks::Table, warning::Cause};
 use crate::{
     import::{
         assemble,

@@ -11,12 +11,16 @@ use ::mcap::records::{MessageHeader, Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
-use super::super::columns::{Column, Columns, FilePart};
-use super::super::error::FileError;
-use super::super::format::{Budget, COLUMN_LIMIT, Source};
-use super::super::number::Number;
-use super::super::parts;
-use super::cdr::Cdr;
+use super::{
+    super::{
+        columns::{Column, Columns, FilePart},
+        error::FileError,
+        format::{Budget, COLUMN_LIMIT, Source},
+        number::Number,
+        parts,
+    },
+    cdr::Cdr,
+};
 use crate::recording::Axis;
 
 const FILE: &str = "the recording";

@@ -10,9 +10,11 @@ use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileRea
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
 
-use super::super::columns::{Column, Columns, from_origin};
-use super::super::error::FileError;
-use super::super::format::{COLUMN_LIMIT, Source, SourceFile};
+use super::super::{
+    columns::{Column, Columns, from_origin},
+    error::FileError,
+    format::{COLUMN_LIMIT, Source, SourceFile},
+};
 use crate::progress::Progress;
 
 const FILE: &str = "the file";

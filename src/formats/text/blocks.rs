@@ -4,9 +4,11 @@
 use std::io;
 use std::path::Path;
 
-use super::cells::{is_skipped, lines};
-use super::encoding::Text;
-use super::serial_monitor::Arrows;
+use super::{
+    cells::{is_skipped, lines},
+    encoding::Text,
+    serial_monitor::Arrows,
+};
 use crate::formats::error::FileError;
 
 /// Maximum length of a line (bytes). Without a limit, one line could fill the memory.

@@ -1,7 +1,9 @@
 //! Lines that terminals for serial ports save, with the time of day and an arrow in front: `12:03:04.123 -> 801,799`.
 
-use super::cells::{delimiter_of_header, number};
-use super::times::TimeForm;
+use super::{
+    cells::{delimiter_of_header, number},
+    times::TimeForm,
+};
 
 const ARROW: &[u8] = b" -> ";
 

@@ -7,9 +7,11 @@ use std::io::{BufReader, Seek as _};
 
 use zip::ZipArchive;
 
-use super::columns::Columns;
-use super::error::FileError;
-use super::format::{Format, Source};
+use super::{
+    columns::Columns,
+    error::FileError,
+    format::{Format, Source},
+};
 
 /// First bytes of a compound file, which may hold a workbook of Excel 97 to 2003.
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0";

@@ -3,12 +3,14 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use super::super::device_rows::{
-    DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
-    without_stamp,
+use super::{
+    super::device_rows::{
+        DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
+        without_stamp,
+    },
+    LiveSource, LiveTable, RowForm,
+    documents::Messages,
 };
-use super::documents::Messages;
-use super::{LiveSource, LiveTable, RowForm};
 use crate::{
     formats::{
         column_name::ColumnName,

@@ -1,8 +1,10 @@
 //! Applies a column map to a file: finds the columns that the map lists, and returns an error if the map does not fit the
 //! file.
 
-use super::super::named_column::NamedColumn;
-use super::parts::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use super::{
+    super::named_column::NamedColumn,
+    parts::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use},
+};
 use crate::{
     formats::text::{
         Head,

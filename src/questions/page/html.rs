@@ -2,9 +2,11 @@
 
 use minijinja::{Value, context};
 
-use super::data::{ReportData, utc};
-use super::request::sentence;
-use super::tables;
+use super::{
+    data::{ReportData, utc},
+    request::sentence,
+    tables,
+};
 use crate::{
     export::filled_markup,
     finding::Face,

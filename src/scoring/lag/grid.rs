@@ -10,8 +10,10 @@ use std::ops::Range;
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
-use super::kind::{filtered, low_pass};
-use super::{LagRun, NoLag};
+use super::{
+    LagRun, NoLag,
+    kind::{filtered, low_pass},
+};
 use crate::{
     column::column,
     dot::{dot, dot_of_long},

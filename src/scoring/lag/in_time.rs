@@ -7,9 +7,11 @@
 
 use faer::Mat;
 
-use super::kind::LagKind;
-use super::solve::{saved_share, solved};
-use super::{Lag, LagRun};
+use super::{
+    Lag, LagRun,
+    kind::LagKind,
+    solve::{saved_share, solved},
+};
 use crate::{
     column::column,
     dot::dot,

@@ -4,8 +4,10 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::solvers::Solve as _;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use super::grid::{AROUND_JUMP, Columns, Grids};
-use super::kind::{LagKind, add_late_rows};
+use super::{
+    grid::{AROUND_JUMP, Columns, Grids},
+    kind::{LagKind, add_late_rows},
+};
 use crate::{
     dot::{dot, dot_of_long},
     scoring::inverse::inverse_above,

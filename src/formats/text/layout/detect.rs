@@ -1,9 +1,14 @@
-use super::super::ati;
-use super::super::cells::{
-    Cells, decimal_comma_number, delimiter_of_header, is_skipped, number, unmistakable_number,
+use super::{
+    super::{
+        ati,
+        cells::{
+            Cells, decimal_comma_number, delimiter_of_header, is_skipped, number,
+            unmistakable_number,
+        },
+        times::TimeForm,
+    },
+    start::{Line, first_lines, names, unbracketed},
 };
-use super::super::times::TimeForm;
-use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::{
     column_name::{ColumnName, Kind, is_known_unit},
     text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands},

@@ -8,9 +8,11 @@ pub(crate) use detect::{detect, is_header, is_units_row, words};
 
 pub(super) use self::start::names;
 use self::start::{first_lines, unbracketed};
-use super::ati;
-use super::cells::{Cells, is_skipped, lines};
-use super::written::{Preamble, TextLayout};
+use super::{
+    ati,
+    cells::{Cells, is_skipped, lines},
+    written::{Preamble, TextLayout},
+};
 use crate::formats::{column_name::ColumnName, columns::Sample};
 
 /// Position and header of a table in its file, if the file has a given layout.
