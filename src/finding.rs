@@ -42,7 +42,7 @@ impl Verdict {
 }
 
 /// Place where a finding is shown, which decides how its remedy is described.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Face {
     /// Output of the command line: text or JSON.
     CommandLine,
@@ -53,7 +53,7 @@ pub enum Face {
 }
 
 /// Option of the command line, and control of the window, by which the user applies a remedy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Way {
     /// Changes the roles of recordings, such as training and test.
     Roles,
@@ -128,7 +128,7 @@ fn with_ways(text: String, ways: &[Way], face: Face) -> String {
 }
 
 /// Place in a file where something was found. Lines are counted from 1.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Place {
     /// Path of the file.
     pub path: PathBuf,
@@ -283,7 +283,7 @@ impl Serialize for Finding {
 }
 
 /// Kinds of findings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, IntoStaticStr)]
 #[cfg_attr(test, derive(strum::EnumIter))]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "`Id::words` states the meaning of each kind")]

@@ -8,13 +8,15 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 
-use super::choices::{CommonArgs, fit_arguments};
-use super::error::JobError;
-use super::exports::{check_determined, check_endings, check_formats, export};
-use super::inputs::Files;
-use super::recordings::RecordingArgs;
-use super::run::{Run, Work, examples};
-use super::values::{named_file, number_in};
+use super::{
+    choices::{CommonArgs, fit_arguments},
+    error::JobError,
+    exports::{check_determined, check_endings, check_formats, export},
+    inputs::Files,
+    recordings::RecordingArgs,
+    run::{Run, Work, examples},
+    values::{named_file, number_in},
+};
 use crate::{
     engine::SEARCH_MINUTES,
     export::{Outline, Together, interrupt_stops},

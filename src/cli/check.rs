@@ -2,18 +2,18 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use clap::{Args, builder::TypedValueParser};
 use serde::Serialize;
 
-use super::choices::{ModelArgs, fit_arguments};
-use super::error::JobError;
-use super::inputs::Files;
-use super::reading::Rated;
-use super::recordings::RecordingArgs;
-use super::run::{Run, Work, examples};
-use super::values::{named_file, one_of};
+use super::{
+    choices::{ModelArgs, fit_arguments},
+    error::JobError,
+    inputs::Files,
+    recordings::{RecordingArgs, request_of},
+    run::{Run, Work, examples},
+    values::{named_file, one_of},
+};
 use crate::{
     calibration::{FitSettings, Regressor},
     finding::{Face, Verdict},
@@ -26,10 +26,7 @@ use crate::{
             rig_and_axes,
         },
     },
-    recording::{
-        Item,
-        identity::{SensorFile, rate},
-    },
+    recording::Item,
     report::Table,
     shown::counted,
 };
@@ -106,22 +103,15 @@ impl Work for CheckJob {
         // An unusable file is reported, but does not prevent the check of the other files.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
-        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
-        let rated = Rated { by_axis: sensor.rated_loads.clone(), ..self.model.rated() };
-        let set = recordings.read(run, &rated)?;
-        let mut settings = self.model.settings(&run.say, &set);
-        rate(&sensor.rated_loads, &set.layout().axes, &mut settings.full_scale);
-        let features = settings.features.describe();
-        let simulated = set.is_simulated();
-        let request = Request::fit(Arc::new(set), settings);
+        let (request, sensor) = request_of(run, &recordings, &self.model, self.sensor.as_deref())?;
         let range = recordings.read.range(request.settings.full_scale.clone());
         let asked =
             CheckData { unusable: run.say.files_left_out(), ..CheckData::of(&request, range) };
         let found = sufficiency(&asked, &run.progress)?;
         let report = Report {
-            simulated,
+            simulated: request.recordings.is_simulated(),
             serial: sensor.identity.get(Item::Serial),
-            features,
+            features: request.settings.features.describe(),
             remedy_options: found.remedies.iter().map(|own| option(own, &request)).collect(),
             found: &found,
         };

@@ -6,9 +6,11 @@ use std::str::FromStr;
 use clap::builder::TypedValueParser;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
-use super::messages::Messages;
-use super::reading::Rated;
-use super::values::{List, one_of};
+use super::{
+    messages::Messages,
+    reading::Rated,
+    values::{List, one_of},
+};
 use crate::{
     calibration::{
         CONSTANT_RATE, CROSS_VALIDATE, DECIMATION, EARLY_STOPPING, EPOCHS, FitSettings, LANDMARKS,
@@ -24,7 +26,7 @@ use crate::{
 const HEADING: &str = "Features";
 const REGRESSOR_HEADING: &str = "Regressor";
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LookBacks(Vec<f64>);
 
 impl FromStr for LookBacks {

@@ -6,9 +6,11 @@ use std::path::PathBuf;
 use clap::Args;
 use clap::builder::TypedValueParser;
 
-use super::error::JobError;
-use super::run::{Run, Work, examples, make_directory};
-use super::values::one_of;
+use super::{
+    error::JobError,
+    run::{Run, Work, examples, make_directory},
+    values::one_of,
+};
 use crate::{
     export::Together,
     formats::csv::write_csv,

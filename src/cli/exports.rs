@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::error::{JobError, failed};
-use super::inputs::Files;
-use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::{
+    error::{JobError, failed},
+    inputs::Files,
+    run::{Run, Work, examples},
+    values::named_file,
+};
 use crate::{
     calibration::Calibration,
     export::{

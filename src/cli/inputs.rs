@@ -3,8 +3,10 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use super::error::{JobError, usage};
-use super::messages::Messages;
+use super::{
+    error::{JobError, usage},
+    messages::Messages,
+};
 use crate::{import, progress::Progress, recording::Role, shown::listed};
 
 #[derive(Default)]
@@ -56,7 +58,7 @@ impl Files<'_> {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Input {
     pub path: PathBuf,
     /// Folder that the user named and that contains this file; `None` if the user named the file itself.

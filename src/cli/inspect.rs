@@ -5,11 +5,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::{JobError, failed, usage};
-use super::inputs::Files;
-use super::reading::{ReadArgs, not_recording};
-use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::{
+    error::{JobError, failed, usage},
+    inputs::Files,
+    reading::{ReadArgs, not_recording},
+    run::{Run, Work, examples},
+    values::named_file,
+};
 use crate::{
     export::write_atomically,
     finding::Face,

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use clap::Args;
 use clap_complete::Shell;
 
-use super::error::JobError;
-use super::run::{Run, Work, examples, make_directory};
+use super::{
+    error::JobError,
+    run::{Run, Work, examples, make_directory},
+};
 
 /// Print the script that completes the program's arguments in a shell.
 #[derive(Debug, Args)]

@@ -7,13 +7,15 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::error::JobError;
-use super::exports::stored;
-use super::inputs::Files;
-use super::reading::{Needs, Rated, ReadArgs};
-use super::recordings::MeasuringArgs;
-use super::run::{Run, Work, examples};
-use super::values::{named_file, number_in};
+use super::{
+    error::JobError,
+    exports::stored,
+    inputs::Files,
+    reading::{Needs, Rated, ReadArgs},
+    recordings::MeasuringArgs,
+    run::{Run, Work, examples},
+    values::{named_file, number_in},
+};
 use crate::{
     calibration::{AppliedLoads, Calibration, FitSettings},
     export::write_atomically,

@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::TypedValueParser;
 
-use super::error::{JobError, failed, usage};
-use super::inputs::Input;
-use super::run::Run;
-use super::values::{named_file, number_in};
+use super::{
+    error::{JobError, failed, usage},
+    inputs::Input,
+    run::Run,
+    values::{named_file, number_in},
+};
 use crate::{
     engine::Session,
     export::read_with_notes,
@@ -343,7 +345,7 @@ impl ReadArgs {
 }
 
 /// What a job needs of each recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Needs {
     Nothing,
     GaugesAndLoad,

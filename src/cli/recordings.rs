@@ -1,17 +1,19 @@
 //! Arguments that several jobs share: recordings and their roles, the sensor file, limits, and settings of the measured
 //! figures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
 
-use super::choices::ModelArgs;
-use super::error::{JobError, usage};
-use super::inputs::Files;
-use super::reading::{Rated, ReadArgs};
-use super::run::Run;
-use super::values::named_file;
+use super::{
+    choices::ModelArgs,
+    error::{JobError, usage},
+    inputs::Files,
+    reading::{Rated, ReadArgs},
+    run::Run,
+    values::named_file,
+};
 use crate::{
     questions::{
         Request,
@@ -120,6 +122,21 @@ pub fn keep_limits(limits: &[Checked]) -> Result<(), JobError> {
     }
 }
 
+/// Reads the sensor file, if there is one, and the recordings. Returns the request of the fit, and the content of the file.
+pub fn request_of(
+    run: &Run,
+    recordings: &RecordingArgs,
+    model: &ModelArgs,
+    sensor: Option<&Path>,
+) -> Result<(Request, SensorFile), JobError> {
+    let sensor = sensor.map(SensorFile::read).transpose()?.unwrap_or_default();
+    let rated = Rated { by_axis: sensor.rated_loads.clone(), ..model.rated() };
+    let recordings = recordings.read(run, &rated)?;
+    let mut settings = model.settings(&run.say, &recordings);
+    rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
+    Ok((Request::fit(Arc::new(recordings), settings), sensor))
+}
+
 /// Command-line arguments of `fit` and `report`: recordings, model, sensor file and limits.
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -150,13 +167,9 @@ impl FitArgs {
     }
 
     pub fn read(&self, run: &Run) -> Result<FitInputs, JobError> {
-        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
         let limits = self.limits.as_deref().map(Limits::read).transpose()?.unwrap_or_default();
-        let rated = Rated { by_axis: sensor.rated_loads.clone(), ..self.model.rated() };
-        let recordings = self.recordings.read(run, &rated)?;
-        let mut settings = self.model.settings(&run.say, &recordings);
-        rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
-        let request = Request::fit(Arc::new(recordings), settings);
+        let sensor = self.sensor.as_deref();
+        let (request, sensor) = request_of(run, &self.recordings, &self.model, sensor)?;
         Ok(FitInputs { request, sensor, limits })
     }
 }

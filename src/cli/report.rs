@@ -5,12 +5,14 @@ use std::sync::Arc;
 
 use clap::Args;
 
-use super::error::{JobError, usage};
-use super::exports::stored;
-use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history};
-use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::{
+    error::{JobError, usage},
+    exports::stored,
+    inputs::Files,
+    recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history},
+    run::{Run, Work, examples},
+    values::named_file,
+};
 use crate::{
     calibration::Calibration,
     progress::Progress,

@@ -6,9 +6,11 @@ use std::process::ExitCode;
 
 use serde::Serialize;
 
-use super::error::{JobError, failed};
-use super::inputs::{Files, Inputs};
-use super::messages::Messages;
+use super::{
+    error::{JobError, failed},
+    inputs::{Files, Inputs},
+    messages::Messages,
+};
 use crate::{export::check_targets, progress::Progress, shown::printable};
 
 pub trait Work {

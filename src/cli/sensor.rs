@@ -4,8 +4,10 @@ use std::io::Write as _;
 
 use clap::Args;
 
-use super::error::JobError;
-use super::run::{Run, Work, examples};
+use super::{
+    error::JobError,
+    run::{Run, Work, examples},
+};
 use crate::recording::Item;
 
 /// Print a template of sensor.toml, the file that describes a sensor.

@@ -9,12 +9,14 @@ use clap::Args;
 use clap::builder::TypedValueParser;
 use serde::Serialize;
 
-use super::choices::BlockArgs;
-use super::error::JobError;
-use super::inputs::Files;
-use super::recordings::RecordingArgs;
-use super::run::{Run, Work, examples};
-use super::values::{List, named_file, one_of};
+use super::{
+    choices::BlockArgs,
+    error::JobError,
+    inputs::Files,
+    recordings::RecordingArgs,
+    run::{Run, Work, examples},
+    values::{List, named_file, one_of},
+};
 use crate::{
     calibration::Scores,
     export::Together,
@@ -206,7 +208,13 @@ impl Work for SweepJob {
             measure: measure.label(scale),
             measure_unit: measure.unit(scale),
             conventional: &map.conventional.scores,
-            points: points(&map),
+            points: (map.points())
+                .map(|(Thresholds { f_th, t_th_secs }, point)| ReportedPoint {
+                    f_th,
+                    t_th: t_th_secs,
+                    scores: &point.scores,
+                })
+                .collect(),
             mean_hysteresis: study.mean_hysteresis(),
             past_ages: study.past_ages(suggestion.thresholds),
             picks: self.pick.iter().map(pick).collect::<Result<_, _>>()?,
@@ -261,16 +269,6 @@ struct ReportedPoint<'a> {
     t_th: f64,
     #[serde(flatten)]
     scores: &'a Scores,
-}
-
-fn points(map: &ThresholdMap) -> Vec<ReportedPoint<'_>> {
-    let n_t = map.grid.t_ths_secs.len();
-    let pairs = (0..map.grid.f_ths.len() * n_t).map(|at| (at / n_t, at % n_t));
-    let points = pairs.filter_map(|(f_at, t_at)| {
-        let Thresholds { f_th, t_th_secs } = map.thresholds(f_at, t_at);
-        Some(ReportedPoint { f_th, t_th: t_th_secs, scores: &map.point(f_at, t_at)?.scores })
-    });
-    points.collect()
 }
 
 fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {

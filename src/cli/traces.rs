@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::error::{JobError, usage};
-use super::values::named_file;
+use super::{
+    error::{JobError, usage},
+    values::named_file,
+};
 use crate::{
     calibration::Calibration,
     export::{FileFormat, TRACE_FORMATS, Together, write_traces},

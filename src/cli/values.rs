@@ -28,7 +28,7 @@ pub fn number_in(
     }
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct List(pub Vec<f64>);
 
 impl FromStr for List {

@@ -15,8 +15,10 @@
 
 use std::collections::HashMap;
 
-use super::columns::{Column, Columns};
-use super::format::COLUMN_LIMIT;
+use super::{
+    columns::{Column, Columns},
+    format::COLUMN_LIMIT,
+};
 use crate::{
     formats::column_name::{is_gauge_name, is_one_of, is_time_name},
     recording::Axis,
@@ -33,14 +35,14 @@ const REFERENCE_TIMES: &str =
     "t_ref time_ref t_reference time_reference reference_time ref_time t_loads time_loads";
 
 /// Variable that is written to a NumPy or MATLAB file.
-#[derive(Clone, Debug)]
-pub(crate) enum Entry {
+#[derive(Debug)]
+pub enum Entry {
     Numbers(Array),
     Texts { name: String, texts: Vec<String> },
 }
 
 impl Entry {
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         match self {
             Self::Numbers(array) => &array.name,
             Self::Texts { name, .. } => name,
@@ -49,8 +51,8 @@ impl Entry {
 }
 
 /// Array of numbers as stored in a file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Array {
+#[derive(Debug, Default)]
+pub struct Array {
     pub name: String,
     /// Unit of the array's values; empty if the file gives no unit.
     pub unit: &'static str,
@@ -65,7 +67,7 @@ pub(crate) struct Array {
 }
 
 /// Returns the arrays as columns of one table. Adds to `left_out` the arrays whose shape does not fit the table.
-pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
+pub fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
     let n_rows = n_rows(&arrays);
     let reference_rows = reference_time(&arrays, n_rows).map(|array| array.values.len());
     let mut table = Columns { is_named: true, ..Columns::default() };
@@ -105,7 +107,7 @@ pub(super) fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns 
 }
 
 impl Array {
-    pub(super) fn is_time(&self) -> bool {
+    pub fn is_time(&self) -> bool {
         is_time_name(&self.name) && self.is_vector() && self.values.len() > 1
     }
 
@@ -134,7 +136,7 @@ impl Array {
         self
     }
 
-    pub(super) fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
+    pub fn column(&self, n_rows: usize, n_columns: usize, column: usize) -> Vec<f64> {
         if self.is_by_column {
             self.values[column * n_rows..(column + 1) * n_rows].to_vec()
         } else {
@@ -143,7 +145,7 @@ impl Array {
     }
 }
 
-pub(super) fn n_rows(arrays: &[Array]) -> usize {
+pub fn n_rows(arrays: &[Array]) -> usize {
     if let Some(time) = arrays.iter().find(|array| array.is_time()) {
         return time.values.len();
     }

@@ -2,7 +2,7 @@
 
 use crate::shown;
 /// One of the tables of a file with several tables, such as a sheet of a workbook.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, serde::Serialize)]
 pub struct FilePart {
     /// Name by which a column map selects the table.
     pub name: String,
@@ -11,8 +11,8 @@ pub struct FilePart {
 }
 
 /// Columns of numbers that were read from a file that is not text.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Columns {
+#[derive(Clone, Debug, Default)]
+pub struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
     pub reference_time: Option<usize>,
@@ -27,8 +27,8 @@ pub(crate) struct Columns {
 
 /// Column of numbers, whose name is written as in the header of a text file. Columns on another clock may have another
 /// length.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Column {
+#[derive(Clone, Debug, Default)]
+pub struct Column {
     pub name: String,
     pub unit: String,
     /// Number that was subtracted from each stored value, and must be added again. Large whole numbers, such as nanoseconds
@@ -42,7 +42,7 @@ const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
 
 /// Returns a whole number minus the origin of its column ([`Column::since`]). The first number of the column sets the origin:
 /// to this number if it exceeds [`EXACT`], else to zero.
-pub(super) fn from_origin(number: i64, origin: &mut Option<i64>) -> f64 {
+pub fn from_origin(number: i64, origin: &mut Option<i64>) -> f64 {
     let of_first = if number.unsigned_abs() > EXACT { number } else { 0 };
     number.saturating_sub(*origin.get_or_insert(of_first)) as f64
 }
@@ -58,15 +58,15 @@ impl Columns {
 }
 
 /// Sample of the rows of a file: its first rows, and a few rows from each of many places of the file.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Sample<'a> {
+#[derive(Debug, Default)]
+pub struct Sample<'a> {
     pub rows: Vec<Vec<Cell<'a>>>,
     /// Index in `rows` of the first row from each place of the file.
     starts: Vec<usize>,
 }
 
 impl<'a> Sample<'a> {
-    pub(super) fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
+    pub fn add_place(&mut self, rows: impl Iterator<Item = Vec<Cell<'a>>>) {
         self.starts.push(self.rows.len());
         self.rows.extend(rows);
     }
@@ -78,11 +78,11 @@ impl<'a> Sample<'a> {
 }
 
 /// Number of places of a file, besides its start, from which rows are sampled.
-pub(super) const PLACES: usize = 64;
-pub(super) const ROWS_AT_A_PLACE: usize = 8;
+pub const PLACES: usize = 64;
+pub const ROWS_AT_A_PLACE: usize = 8;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Cell<'a> {
+pub enum Cell<'a> {
     /// Text of the cell as written, without quotes; may be empty.
     Text(&'a [u8]),
     Number(f64),
@@ -126,7 +126,7 @@ impl<'a> Cell<'a> {
     }
 }
 
-pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
+pub trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
     /// Returns the next cell if it is a plain number. Otherwise returns `None` and stays before this cell.
     fn next_number(&mut self) -> Option<f64> {
         match self.clone().next()? {
@@ -141,7 +141,7 @@ pub(crate) trait Row<'a>: Iterator<Item = Cell<'a>> + Clone {
 
 /// Row of cells from columns of numbers. A column that has already ended gives an empty cell.
 #[derive(Clone, Debug)]
-pub(crate) struct NumberRow<'a> {
+pub struct NumberRow<'a> {
     columns: std::slice::Iter<'a, Column>,
     row: usize,
 }

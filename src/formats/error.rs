@@ -96,11 +96,11 @@ pub enum FileError {
 
 impl FileError {
     /// Returns the error for a part of a file that ends before the length that it declares.
-    pub(super) fn cut_short(what: &str) -> Self {
+    pub(crate) fn cut_short(what: &str) -> Self {
         Self::CutShort { what: what.to_owned() }
     }
 
-    pub(super) fn damaged(what: &str, why: impl Into<String>) -> Self {
+    pub(crate) fn damaged(what: &str, why: impl Into<String>) -> Self {
         Self::Damaged { what: what.to_owned(), why: why.into() }
     }
 }
@@ -123,7 +123,7 @@ impl From<io::Error> for FileError {
 
 /// Returns a function that turns an I/O error into a file error. `what` names the part of the file; an unexpected end of the
 /// file becomes [`FileError::CutShort`].
-pub(crate) fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
+pub fn reading(what: &str) -> impl Fn(io::Error) -> FileError {
     move |error| match error.kind() {
         io::ErrorKind::UnexpectedEof => FileError::cut_short(what),
         io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {

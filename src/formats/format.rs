@@ -4,12 +4,11 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
-use super::columns::Columns;
-use super::error::FileError;
+use super::{columns::Columns, error::FileError};
 use crate::progress::Progress;
 
 /// Maximum number of columns of a table, so that a damaged file cannot fill the memory. A sensor has far fewer columns.
-pub(super) const COLUMN_LIMIT: usize = 4096;
+pub const COLUMN_LIMIT: usize = 4096;
 /// Unpacked size that is always allowed, however small the packed file is (bytes).
 const UNPACKED_BYTES: u64 = 1 << 30;
 /// Maximum ratio of unpacked to packed size of a file that unpacks to more than [`UNPACKED_BYTES`]. Files of measured numbers
@@ -23,14 +22,14 @@ pub struct Format {
     /// Extensions of files in this format, without the point.
     pub endings: &'static [&'static str],
     /// Byte strings, with one of which a file of this format begins. A file that matches no format is text.
-    pub(super) signatures: &'static [&'static [u8]],
+    pub signatures: &'static [&'static [u8]],
     /// Reads a file; returns `None` if the file has another format although its first bytes match.
-    pub(super) read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
+    pub read: fn(&Source<'_>) -> Result<Option<Columns>, FileError>,
 }
 
 /// File whose format is known, before it is read.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Source<'a> {
+pub struct Source<'a> {
     pub path: &'a Path,
     pub head: &'a [u8],
     pub n_bytes: u64,
@@ -49,7 +48,7 @@ impl Source<'_> {
 /// File from which the reader of a format reads. Each read fails after the work was cancelled. At the end of the file, reads
 /// fail after [`EMPTY_READS`] reads without a byte, because a reader of a damaged file may otherwise read there for ever.
 #[derive(Debug)]
-pub(super) struct SourceFile {
+pub struct SourceFile {
     file: File,
     progress: Progress,
     n_empty_reads: u32,
@@ -93,7 +92,7 @@ impl Seek for SourceFile {
 
 /// Limit of the memory that the contents of one file may take, and what is left of it (bytes).
 #[derive(Debug)]
-pub(super) struct Budget {
+pub struct Budget {
     left_bytes: u64,
     pub limit_bytes: u64,
 }

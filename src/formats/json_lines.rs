@@ -16,7 +16,7 @@ use super::format::{Budget, COLUMN_LIMIT, Format, Source};
 use super::text::times::{DateOrder, TimeForm};
 use super::text::{Blocks, lines};
 
-pub(super) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "file of JSON lines",
     endings: &["jsonl", "ndjson"],
     signatures: &[b"{", b"\xef\xbb\xbf{"],
@@ -71,12 +71,12 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
 
 /// Key of each column of a table, by which the values of later lines find their column.
 #[derive(Debug)]
-pub(crate) struct LineKeys(Vec<Key>);
+pub struct LineKeys(Vec<Key>);
 
 impl LineKeys {
     /// Reads the first lines of a stream as a table, with the column names that a file would have; `None` if no line is an
     /// object.
-    pub(super) fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
+    pub fn of_first(lines: &[String]) -> Option<(Columns, Self)> {
         let mut rows: Vec<Row> = lines.iter().filter_map(|line| row(line.as_bytes())).collect();
         let n_rows = rows.len();
         // A single row is added twice: in a table of one row, a list of numbers would be taken for a column.

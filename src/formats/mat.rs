@@ -412,7 +412,7 @@ impl<'a> Elements<'a> {
 
 /// Writes each entry as a matrix of a MATLAB file. A list of texts becomes a matrix of characters, one row per text, padded
 /// with blanks.
-pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
+pub fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     let title = concat!("MATLAB 5.0 MAT-file, written by LoopScope ", env!("CARGO_PKG_VERSION"));
     let mut header = title.as_bytes().to_vec();
     header.resize(124, b' ');

@@ -11,7 +11,7 @@ use super::format::{COLUMN_LIMIT, Format, Source};
 use super::number::{Field, FromOrigin, Number};
 use crate::progress::Progress;
 
-pub(super) const FORMAT: Format =
+pub const FORMAT: Format =
     Format { name: "NumPy array", endings: &["npy"], signatures: &[MAGIC], read: columns };
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -40,7 +40,7 @@ struct Header {
 }
 
 #[derive(Debug)]
-pub(super) struct Content {
+pub struct Content {
     /// The array of a file, or, if its elements are records, one array per field with the name of the field.
     pub arrays: Vec<Array>,
     pub is_records: bool,
@@ -76,7 +76,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     Ok(Some(Columns { columns: columns.collect(), ..Columns::default() }))
 }
 
-pub(super) fn read(
+pub fn read(
     name: &str,
     from: &mut impl Read,
     at_most_bytes: u64,
@@ -295,7 +295,7 @@ fn of_kind(kind: &str) -> Option<Record> {
 
 /// Returns the bytes of a file with one array: magic bytes, header padded to a multiple of 64 bytes, little-endian numbers or
 /// characters.
-pub(super) fn written(entry: &Entry) -> Vec<u8> {
+pub fn written(entry: &Entry) -> Vec<u8> {
     let mut data = Vec::new();
     let (kind, shape) = match entry {
         Entry::Numbers(Array { shape, values, .. }) => {

@@ -79,13 +79,13 @@ fn of_zip(what: &str) -> impl Fn(ZipError) -> FileError {
     }
 }
 
-pub(crate) fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
+pub fn write(entries: &[Entry], out: &mut dyn io::Write) -> io::Result<()> {
     let files = entries.iter().map(|entry| (format!("{}.npy", entry.name()), npy::written(entry)));
     out.write_all(&zipped(CompressionMethod::Stored, files)?)
 }
 
 /// Returns a zip archive of files, each with its path and content. Equal files give equal archives, byte by byte.
-pub(crate) fn zipped(
+pub fn zipped(
     method: CompressionMethod,
     files: impl IntoIterator<Item = (String, impl AsRef<[u8]>)>,
 ) -> io::Result<Vec<u8>> {

@@ -1,13 +1,12 @@
 //! Numbers as binary files store them, alone or as fields of records.
 
-use super::arrays::Array;
-use super::columns::from_origin;
+use super::{arrays::Array, columns::from_origin};
 
 /// Stored value that means a missing NumPy time (NaT).
 const NOT_A_TIME: i64 = i64::MIN;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
+#[derive(Clone, Copy, Debug)]
+pub enum Number {
     Float(usize),
     Int(usize),
     Uint(usize),
@@ -81,7 +80,7 @@ fn half(bits: u16) -> f64 {
 
 /// Field of an array's records: one or more numbers of one type.
 #[derive(Debug)]
-pub(super) struct Field {
+pub struct Field {
     /// Name of the field; empty if the elements are not records.
     pub name: String,
     pub number: Number,
@@ -93,7 +92,7 @@ pub(super) struct Field {
 }
 
 /// Values of a field minus the origin of its whole numbers, and this origin (`None` before the first whole number).
-pub(super) type FromOrigin = (Vec<f64>, Option<i64>);
+pub type FromOrigin = (Vec<f64>, Option<i64>);
 
 impl Field {
     /// Appends the field's numbers of each record to `values`. Panics if the field does not lie within the record.

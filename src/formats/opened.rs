@@ -20,7 +20,7 @@ const HEAD_ROWS: usize = 200;
 const PART_ROWS: usize = 1 << 14;
 
 #[derive(Debug)]
-pub(crate) struct Opened {
+pub struct Opened {
     /// Name of the format; `None` for text.
     pub kind: Option<&'static str>,
     pub encoding: Encoding,
@@ -36,12 +36,12 @@ enum Table {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) enum Part<'a> {
+pub enum Part<'a> {
     Lines(&'a [u8]),
     Rows(&'a Columns, Range<usize>),
 }
 
-pub(super) fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
+pub fn formats_of(head: &[u8]) -> impl Iterator<Item = &'static Format> {
     let starts =
         move |format: &&Format| format.signatures.iter().any(|start| head.starts_with(start));
     #[cfg(test)]
@@ -58,9 +58,9 @@ pub(crate) mod stuck {
 
     use super::Format;
 
-    pub(crate) static N_STARTED: AtomicUsize = AtomicUsize::new(0);
-    pub(crate) const SIGNATURE: &[u8] = b"\0stuck";
-    pub(super) const FORMAT: Format = Format {
+    pub static N_STARTED: AtomicUsize = AtomicUsize::new(0);
+    pub const SIGNATURE: &[u8] = b"\0stuck";
+    pub const FORMAT: Format = Format {
         name: "a reader that never ends",
         endings: &[],
         signatures: &[SIGNATURE],
@@ -75,7 +75,7 @@ pub(crate) mod stuck {
 
 /// Opens a file. Of a text, at most `limit_bytes` are read. If the file holds several tables, `parts` names the tables to
 /// read; with an empty list, the program chooses.
-pub(crate) fn open(
+pub fn open(
     path: &Path,
     block_bytes: usize,
     limit_bytes: Option<u64>,

@@ -11,19 +11,19 @@ use super::columns::{Columns, FilePart};
 use super::error::FileError;
 
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub struct Part {
     pub name: String,
     pub columns: Columns,
 }
 
 /// Arrays of one group or struct of a file. Arrays outside of any group form a group with an empty name.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Group {
+#[derive(Debug, Default)]
+pub struct Group {
     pub name: String,
     pub arrays: Vec<Array>,
 }
 
-pub(super) fn check_wanted<'a>(
+pub fn check_wanted<'a>(
     wanted: &[String],
     names: impl Iterator<Item = &'a str> + Clone,
 ) -> Result<(), FileError> {
@@ -38,7 +38,7 @@ pub(super) fn check_wanted<'a>(
 
 /// Returns the tables that the user wants, joined to one. Tables whose column names differ are refused. Without a choice of
 /// the user, returns the table with the most kinds of columns (time, gauges, loads), then with the most rows.
-pub(super) fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
+pub fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError> {
     check_wanted(wanted, parts.iter().map(|part| part.name.as_str()))?;
     if parts.len() <= 1 {
         return Ok(parts.into_iter().next().map_or_else(Columns::default, |part| part.columns));
@@ -91,7 +91,7 @@ fn n_kinds(columns: &Columns) -> usize {
 
 /// Returns the table of a file that consists of groups. Groups of equal length with at most one time column together form one
 /// table. Otherwise each group is a table.
-pub(super) fn of_groups(
+pub fn of_groups(
     mut groups: Vec<Group>,
     separator: char,
     left_out: Vec<String>,

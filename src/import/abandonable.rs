@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 
 /// Calls `read` on another thread and waits for its result. If the work is cancelled and `read` does not return, the thread is
 /// abandoned: it keeps running, and its result is dropped.
-pub(super) fn abandonable<A: Send + 'static>(
+pub fn abandonable<A: Send + 'static>(
     path: &Path,
     progress: &Progress,
     read: impl FnOnce(&Progress) -> Result<A, ReadError> + Send + 'static,

@@ -4,12 +4,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::error::at;
-use super::join;
-use super::plan::{Plan, TimeScale, Use};
-use super::rows::Rows;
-use super::two_clocks::Table;
-use super::warning::{Cause, Findings, Trouble};
+use super::{
+    error::at,
+    join,
+    plan::{Plan, TimeScale, Use},
+    rows::Rows,
+    two_clocks::Table,
+    warning::{Cause, Findings, Trouble},
+};
 use crate::{
     finding::Id,
     import::{
@@ -22,7 +24,7 @@ use crate::{
 /// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
 const RECORDING_LIMIT: usize = 50_000;
 
-pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
+pub fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let n_full_rows = rows.n_skipped - rows.findings.short_rows();
     let is_culprit = |index: &usize| n_full_rows > 0 && rows.bad_cells[*index] == n_full_rows;
     let culprits: Vec<usize> = (0..rows.bad_cells.len()).filter(is_culprit).collect();
@@ -40,7 +42,7 @@ pub(super) fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
 }
 
 /// Converts the times of all rows to seconds. Rows that were written newest first are reversed, and this is reported. If their unit was derived from the values, this is reported.
-pub(super) fn settle_times(plan: &Plan, rows: &mut Rows) {
+pub fn settle_times(plan: &Plan, rows: &mut Rows) {
     if timeline::is_newest_first(&rows.times) {
         let order: Vec<usize> = (0..rows.times.len()).rev().collect();
         rows.arrange(&order);
@@ -97,7 +99,7 @@ fn count_days(times: &mut [f64]) {
 
 /// Replaces the samples of each burst by one sample, their mean. A burst is a run of samples with time steps of at most
 /// `within_secs`.
-pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
+pub fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
     let (n_before, n_after) = (rows.times.len(), bursts.len());
     if n_before == n_after {
@@ -110,7 +112,7 @@ pub(super) fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
     rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
-pub(super) fn note_held_reference(plan: &Plan, rows: &mut Rows) {
+pub fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     if plan.is_static {
         return;
     }
@@ -127,7 +129,7 @@ const ROWS_TO_A_TURN: usize = 4;
 
 /// Returns the recordings of rows without times. A table of load cases gives one recording for each load. Any other table is one
 /// recording, in the order of its rows.
-pub(super) fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadError> {
+pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadError> {
     let rows = &table.rows;
     if !table.plan.axes.is_empty()
         && !table.plan.gauge_names.is_empty()
@@ -216,7 +218,7 @@ fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
 
 /// Reports irregularities of the rows, and starts a new recording after each time step longer than `gap_secs` (by default
 /// derived from the time steps).
-pub(super) fn recordings(
+pub fn recordings(
     table: Table,
     gap_secs: Option<f64>,
 ) -> Result<(Vec<Recording>, Findings), ReadError> {

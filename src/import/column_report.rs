@@ -30,7 +30,7 @@ const FILLED_PERCENT: usize = 50;
 const COUNTED_ROWS: usize = 60;
 
 /// Reason for the proposed role of a column.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// A column map gives the role.
@@ -98,50 +98,50 @@ pub struct ColumnReport {
     pub why: Reason,
     /// What the name says.
     #[serde(skip)]
-    pub(super) named: ColumnName,
+    pub(crate) named: ColumnName,
     /// Notation of the values, if they are dates or times of day.
     #[serde(skip)]
-    pub(super) form: Option<TimeForm>,
+    pub(crate) form: Option<TimeForm>,
     /// True if most steps between the values are equal.
     #[serde(skip)]
-    pub(super) is_even: bool,
+    pub(crate) is_even: bool,
     /// True if all values are whole numbers.
     #[serde(skip)]
-    pub(super) is_whole: bool,
+    pub(crate) is_whole: bool,
     /// True if the values never decrease, or never increase.
     #[serde(skip)]
-    pub(super) is_monotone: bool,
+    pub(crate) is_monotone: bool,
     /// True if the values never fall, and rise by 1 (or by 0.5, in half cycles) from row to row if they rise.
     #[serde(skip)]
     counts_up: bool,
     /// Number of different values in the sample.
     #[serde(skip)]
-    pub(super) n_different: usize,
+    pub(crate) n_different: usize,
     /// True if most rows have a value.
     #[serde(skip)]
-    pub(super) is_filled: bool,
+    pub(crate) is_filled: bool,
 }
 
 impl ColumnReport {
     /// Returns true if the values are numbers, not all of which are the same.
-    pub(super) fn moves(&self) -> bool {
+    pub(crate) fn moves(&self) -> bool {
         self.content == Content::Numbers && self.min < self.max
     }
 
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
-    pub(super) fn is_counter(&self) -> bool {
+    pub(crate) fn is_counter(&self) -> bool {
         self.counts_up || self.named.is_counter(self.is_whole)
     }
 
     /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1
     /// from row to row.
-    pub(super) fn counts_rows(&self) -> bool {
+    pub(crate) fn counts_rows(&self) -> bool {
         let first: Vec<f64> = self.first.iter().filter_map(|cell| cell.parse().ok()).collect();
         let is_step = |pair: &[f64]| pair[1] - pair[0] == 1.0 || pair[1] == pair[0];
         self.is_whole && first.len() > 1 && first[0].abs() <= 1.0 && first.windows(2).all(is_step)
     }
 
-    pub(super) fn cells_fit_role(&self) -> bool {
+    pub(crate) fn cells_fit_role(&self) -> bool {
         match self.is {
             ColumnRole::Ignore
             | ColumnRole::Group
@@ -165,7 +165,7 @@ impl ColumnReport {
 }
 
 /// Kind of content that most cells of a column have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
 #[expect(missing_docs, reason = "the names are the documentation")]
@@ -186,7 +186,7 @@ impl Content {
 const OUTLINE_VALUES: usize = 300;
 
 /// Returns the columns of a table with the roles that a column map gives them.
-pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
+pub fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let mut columns = described(&table.text, head, sample);
     let header = Header::of(head);
     let rules = table.columns.iter().rev();
@@ -199,14 +199,14 @@ pub(super) fn reports(table: &TableMap, head: &Head, sample: &Sample<'_>) -> Vec
 }
 
 impl ColumnReport {
-    pub(super) fn take(&mut self, rule: &ColumnRule, why: Reason) {
+    pub(crate) fn take(&mut self, rule: &ColumnRule, why: Reason) {
         (self.is, self.why) = (rule.is, why);
         self.unit = rule.unit.clone().or(self.unit.take());
     }
 }
 
 /// Returns the columns of a table without roles.
-pub(super) fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
+pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<ColumnReport> {
     let rows = &sample.rows;
     let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
     let names = if text.header { &head.names } else { &head.names_in_comment };
@@ -333,7 +333,7 @@ fn missing_mark(numbers: &[f64]) -> Option<f64> {
 }
 
 /// Returns the number in a cell.
-pub(super) fn value_of(cell: Cell<'_>, text: &TextLayout) -> Option<f64> {
+pub fn value_of(cell: Cell<'_>, text: &TextLayout) -> Option<f64> {
     let value = match cell {
         Cell::Number(value) => Some(value),
         Cell::Since(since, value) => Some(since as f64 + value),
@@ -353,7 +353,7 @@ fn form_of_column(rows: &[Vec<Cell<'_>>], index: usize) -> Option<TimeForm> {
 }
 
 /// Returns the form of the dates of a column and another order of day and month in which they could be read.
-pub(super) fn date_orders(rows: &[Vec<Cell<'_>>], index: usize) -> Option<(TimeForm, TimeForm)> {
+pub fn date_orders(rows: &[Vec<Cell<'_>>], index: usize) -> Option<(TimeForm, TimeForm)> {
     let form = form_of_column(rows, index)?;
     Some((form, form.other_order(written(rows, index)?.into_iter())?))
 }

@@ -43,24 +43,24 @@ pub struct LiveSource<'a> {
 }
 
 impl<'a> LiveSource<'a> {
-    pub(super) fn channels(self) -> impl Iterator<Item = &'a String> {
+    pub(crate) fn channels(self) -> impl Iterator<Item = &'a String> {
         self.gauges.iter().chain(self.auxiliary)
     }
 
     /// Returns the column map, if it tells how lines are divided. A typed map does not, and leaves the other columns to their
     /// proposal.
-    pub(super) fn whole_map(self) -> Option<&'a ColumnMap> {
+    pub(crate) fn whole_map(self) -> Option<&'a ColumnMap> {
         self.map.filter(|map| map.table.has_shape() && map.table.rest == Rest::Ignored)
     }
 
     /// Returns true if a line of the source may be the header of a table.
-    pub(super) fn may_have_header(self) -> bool {
+    pub(crate) fn may_have_header(self) -> bool {
         let is_table = matches!(self.form, None | Some(RowForm::Table));
         is_table && self.header.is_none() && self.whole_map().is_none()
     }
 
     /// Returns the number of values in a row, if the user gave the form of the rows and it tells this number.
-    pub(super) fn n_values(self) -> Option<usize> {
+    pub(crate) fn n_values(self) -> Option<usize> {
         match (self.form?, self.header) {
             (RowForm::Numbers, _) => Some(self.n_channels()),
             (RowForm::TimedNumbers, _) => Some(self.n_channels() + 1),
@@ -69,12 +69,12 @@ impl<'a> LiveSource<'a> {
         }
     }
 
-    pub(super) fn n_channels(self) -> usize {
+    pub(crate) fn n_channels(self) -> usize {
         self.gauges.len() + self.auxiliary.len()
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RowForm {
     Table,
     Numbers,
@@ -109,12 +109,12 @@ impl RowForm {
         own.map_or("", |(_, _, words)| words)
     }
 
-    pub(super) fn is_numbers(self) -> bool {
+    pub(crate) fn is_numbers(self) -> bool {
         matches!(self, Self::Numbers | Self::TimedNumbers)
     }
 
     /// Returns the form that a line has as a row with one of these channels. `None` for any other line.
-    pub(super) fn of(row: &str, mut is_channel: impl FnMut(&str) -> bool) -> Option<Self> {
+    pub(crate) fn of(row: &str, mut is_channel: impl FnMut(&str) -> bool) -> Option<Self> {
         if row.trim_start().starts_with('{') {
             return Some(Self::Json);
         }
@@ -129,7 +129,7 @@ impl RowForm {
 }
 
 /// Splits off the time stamp and the arrow that a serial terminal writes before each row, and the brackets around a row.
-pub(super) fn without_stamp(line: &str) -> (Option<&str>, &str) {
+pub fn without_stamp(line: &str) -> (Option<&str>, &str) {
     let (stamp, row) = match stamped(line.as_bytes()) {
         Some((time, row)) => (line.get(..time), line.get(row..).unwrap_or_default()),
         None => (None, line),
@@ -140,7 +140,7 @@ pub(super) fn without_stamp(line: &str) -> (Option<&str>, &str) {
 }
 
 /// Returns the delimiter of the numbers in a line; `None` if the line is not a row of numbers.
-pub(super) fn delimiter(line: &str) -> Option<Delimiter> {
+pub fn delimiter(line: &str) -> Option<Delimiter> {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     [Semicolon, Tab, Comma, Spaces].into_iter().find(|own| {
         let layout = TextLayout { delimiter: *own, ..TextLayout::default() };
@@ -152,13 +152,13 @@ pub(super) fn delimiter(line: &str) -> Option<Delimiter> {
 }
 
 /// Returns the cells of a line. A delimiter at the end of the line is ignored.
-pub(super) fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
+pub fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
     let line = line.trim_end().trim_end_matches(char::from(delimiter.byte()));
     Cells::new(line.as_bytes(), delimiter)
 }
 
 /// Returns the numbers of a line. `None` if a cell of the line is not a number.
-pub(super) fn numbers(line: &str) -> Option<Vec<f64>> {
+pub fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
@@ -166,7 +166,7 @@ pub(super) fn numbers(line: &str) -> Option<Vec<f64>> {
 /// Returns the numbers of a line, joined by commas, and the other text of the line, if there are this many numbers and the
 /// other text is more than a delimiter: units, labels or brackets. A number in front of `:` or `=`, or directly behind a
 /// letter, is part of a label. A line with more than a unit and a label between two numbers is a message for people.
-pub(super) fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)> {
+pub fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)> {
     /// Maximum number of words between two numbers.
     const MOST_WORDS: usize = 2;
     if numbers(line).is_some() {
@@ -243,7 +243,7 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
 }
 
 /// Returns the name and the value of a line with one value.
-pub(super) fn single_pair(line: &str) -> Option<(&str, &str)> {
+pub fn single_pair(line: &str) -> Option<(&str, &str)> {
     pairs(line).filter(|pairs| pairs.len() == 1)?.pop()
 }
 
@@ -259,7 +259,7 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
 }
 
 #[derive(Clone, Debug)]
-pub(super) struct DeviceRows {
+pub struct DeviceRows {
     pub form: RowForm,
     pub clock: String,
     rate_hz: Option<f64>,
@@ -452,7 +452,7 @@ impl DeviceRows {
 /// Returns the columns of the time in the first rows of plain numbers, all of which have equally many. `None` if it is unclear
 /// which columns are the channels. As many numbers as the calibration has channels are the channels. One number more is a time
 /// if exactly one column is a clock. Two numbers more are a time in seconds and nanoseconds if both together are a clock.
-pub(super) fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
+pub fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
     let n = source.n_channels();
     let is_clock = |time: &dyn Fn(&Vec<f64>) -> f64| {
         clock(&rows.iter().map(time).collect::<Vec<f64>>(), source.step_secs?, source.time_unit)

@@ -173,11 +173,11 @@ impl ReadError {
     }
 }
 
-pub(super) fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
+pub fn at(path: &Path, line: u64) -> impl Fn(TableError) -> ReadError {
     move |source| ReadError::Table { path: path.to_owned(), line, source }
 }
 
-pub(super) fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
+pub fn of_file(path: &Path) -> impl Fn(FileError) -> ReadError {
     move |error| match error {
         FileError::Cancelled => ReadError::Cancelled,
         source => ReadError::File { path: path.to_owned(), source },

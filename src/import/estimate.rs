@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use super::abandonable::abandonable;
-use super::load::{Reading, mapped};
-use super::plan::Side;
-use super::two_clocks;
-use super::weigh::rotations;
+use super::{
+    abandonable::abandonable,
+    load::{Reading, mapped},
+    plan::Side,
+    two_clocks,
+    weigh::rotations,
+};
 use crate::{
     import::{
         error::ReadError,

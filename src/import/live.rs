@@ -10,14 +10,16 @@ mod head;
 
 use std::time::Instant;
 
-use super::device_rows::{DeviceRows, scattered_numbers, without_stamp};
 pub use super::device_rows::{LiveSource, RowForm};
-use super::error::{at, of_file};
-use super::map::{ColumnMap, ColumnRole, ColumnRule, Header};
-use super::plan::{Plan, Side, TimeScale};
-use super::proposal::propose;
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{
+    device_rows::{DeviceRows, scattered_numbers, without_stamp},
+    error::{at, of_file},
+    map::{ColumnMap, ColumnRole, ColumnRule, Header},
+    plan::{Plan, Side, TimeScale},
+    proposal::propose,
+    rows::Rows,
+    warning::Cause,
+};
 use crate::{
     formats::{
         LineKeys, Opened, Part,
@@ -41,14 +43,14 @@ pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};
 
 /// Line of a live source that cannot be used, with the reason and the time of the row if it is known.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Rejected {
     pub time: Option<f64>,
     pub why: String,
 }
 
 /// One row of a live source. Its values are in the order of the channels in [`LiveTable`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct LiveRow {
     pub time: f64,
     pub gauges: Vec<f64>,
@@ -60,7 +62,7 @@ pub struct LiveRow {
 }
 
 /// Indices of the calibration's gauges and auxiliary channels in the rows of a [`LiveTable`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Places {
     gauges: Vec<usize>,
     auxiliary: Vec<usize>,

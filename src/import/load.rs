@@ -30,7 +30,7 @@ use crate::{
 
 /// Number of bytes of a file that are parsed at a time: few enough for the cache of a processor core, and enough to make the
 /// overhead of each block small.
-pub(super) const BLOCK_BYTES: usize = 1 << 18;
+pub const BLOCK_BYTES: usize = 1 << 18;
 
 /// Share of skipped rows above which a file is refused, because the layout of its text was probably not understood.
 const SKIPPED_SHARE: f64 = 0.1;
@@ -83,8 +83,8 @@ pub fn unit_note(without_unit: &[String]) -> Option<String> {
 }
 
 /// Roles of the columns of one file: those that a column map gives, and the proposed ones.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Mapped {
+#[derive(Debug, Default)]
+pub struct Mapped {
     pub map: ColumnMap,
     pub columns: Vec<ColumnReport>,
     pub questions: Vec<Question>,
@@ -95,7 +95,7 @@ pub(super) struct Mapped {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading<'a> {
+pub struct Reading<'a> {
     pub progress: &'a Progress,
     pub block_bytes: usize,
     /// Maximum number of bytes that are read from the start of each file. `None` to read whole files.
@@ -103,7 +103,7 @@ pub(super) struct Reading<'a> {
 }
 
 #[derive(Debug)]
-pub(super) struct Sides {
+pub struct Sides {
     pub gauges: Table,
     /// Table of the reference load. `None` if gauges and reference have the same clock, so that both are in the table
     /// `gauges`.
@@ -226,7 +226,7 @@ impl<'a> Reading<'a> {
 }
 
 /// Returns the roles of the columns of a file. What `map` leaves out is proposed. `layout` is used instead of the detected one.
-pub(super) fn mapped(
+pub fn mapped(
     path: &Path,
     opened: &Opened,
     map: Option<&ColumnMap>,

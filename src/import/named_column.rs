@@ -3,7 +3,7 @@ use std::fmt;
 use crate::shown::shown;
 
 /// Number and name of a column of a file. In messages they are shown as `column 3 (S1)`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NamedColumn {
     /// Number of the column, counted from 1.
     pub number: usize,
@@ -11,7 +11,7 @@ pub struct NamedColumn {
 }
 
 impl NamedColumn {
-    pub(super) fn new(index: usize, name: impl Into<String>) -> Self {
+    pub fn new(index: usize, name: impl Into<String>) -> Self {
         Self { number: index + 1, name: name.into() }
     }
 }

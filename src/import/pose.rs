@@ -27,7 +27,7 @@ const MIN_TURNING: f64 = 1e-3;
 /// Minimum product of the variances of the direction of gravity along two axes, for which a centre of mass can be estimated.
 const MIN_TURNING_TWICE: f64 = 1e-6;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Pose {
     pub rotation: Rotation,
     /// Position of the sensor in the world (m); zero if unknown.
@@ -142,7 +142,7 @@ pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64;
     load_of_pull(&pose.rotation, weight, pull)
 }
 
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Debug, PartialEq, serde::Serialize)]
 pub struct WeightEstimate {
     pub mass_kg: f64,
     /// Centre of mass in the sensor's frame (m). `None` if a moment was not measured, or if the sensor was turned about only

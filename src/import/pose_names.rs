@@ -57,7 +57,7 @@ const OTHERS: [&str; 16] = [
 ];
 
 /// Returns the part of a pose that a column with this name holds, and its unit if the name says it.
-pub(super) fn pose_part(name: &ColumnName) -> Option<(PosePart, Option<&'static str>)> {
+pub fn pose_part(name: &ColumnName) -> Option<(PosePart, Option<&'static str>)> {
     use PosePart::{Qw, Qx, Qy, Qz, X, Y, Z};
     if name.kind.is_some() || name.name.len() > 64 {
         return None;

@@ -6,16 +6,18 @@
 
 use std::path::Path;
 
-use super::column_report::{ColumnReport, Content, Reason, date_orders, described};
-use super::map::{
-    Attitude, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Header, PosePart, ReferenceFile, Shape,
-    TableMap,
+use super::{
+    column_report::{ColumnReport, Content, Reason, date_orders, described},
+    map::{
+        Attitude, ColumnKey, ColumnMap, ColumnRole, ColumnRule, Header, PosePart, ReferenceFile,
+        Shape, TableMap,
+    },
+    named_column::NamedColumn,
+    plan::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT},
+    pose_names::pose_part,
+    question::Question,
+    warning::Cause,
 };
-use super::named_column::NamedColumn;
-use super::plan::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT};
-use super::pose_names::pose_part;
-use super::question::Question;
-use super::warning::Cause;
 use crate::{
     formats::{
         Cell, Opened, Sample,
@@ -36,8 +38,8 @@ const LARGEST_MOMENT: f64 = 1e4;
 const FEW_ROWS: usize = 60;
 
 /// Roles of the columns of one table, with what was assumed and what is still open.
-#[derive(Clone, Debug)]
-pub(super) struct Proposal {
+#[derive(Debug)]
+pub struct Proposal {
     pub columns: Vec<ColumnReport>,
     /// Index and rule of each column that has a role.
     pub rules: Vec<(usize, ColumnRule)>,
@@ -136,13 +138,13 @@ impl Proposal {
 }
 
 /// Proposes the roles of the columns of a table.
-pub(super) fn propose(opened: &Opened, text: &TextLayout, head: &Head) -> Proposal {
+pub fn propose(opened: &Opened, text: &TextLayout, head: &Head) -> Proposal {
     let sample = opened.sample(text, head);
     of_sample(text, head, &sample)
 }
 
 /// Proposes the roles of the columns of a table from some of its rows.
-pub(super) fn of_sample(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Proposal {
+pub fn of_sample(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Proposal {
     let columns = described(text, head, sample);
     let n = columns.len();
     let mut making = Making {

@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Question about the columns of a file that neither their names nor their values answer. Columns are counted from 1.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "String")]
 pub enum Question {
     /// Is one of these columns the time of the reference?
@@ -163,7 +163,7 @@ impl Question {
 }
 
 /// Returns the text for `--columns` that answers these questions; `None` if none of them is about a load.
-pub(crate) fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option<String> {
+pub fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option<String> {
     let all: Vec<String> = questions.iter().flat_map(|own| own.answer(columns)).collect();
     (!all.is_empty()).then(|| all.join(", "))
 }

@@ -1,9 +1,11 @@
 use std::path::Path;
 
-use super::abandonable::abandonable;
-use super::inspect::map_for;
-use super::load::{Loaded, Reading};
-use super::map::ColumnMap;
+use super::{
+    abandonable::abandonable,
+    inspect::map_for,
+    load::{Loaded, Reading},
+    map::ColumnMap,
+};
 use crate::{import::error::ReadError, progress::Progress};
 
 /// Reads one file of any known format. The first bytes of the file show the format; the name of the file does not matter.

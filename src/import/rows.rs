@@ -11,8 +11,10 @@ use std::ops::Range;
 pub(super) use values::is_overload;
 use values::{next_value, value_of};
 
-use super::plan::{Plan, PosePlan, TimeScale, Use};
-use super::warning::{Cause, Findings};
+use super::{
+    plan::{Plan, PosePlan, TimeScale, Use},
+    warning::{Cause, Findings},
+};
 use crate::{
     formats::{
         Cell, FileError, Opened, Part, Row,
@@ -27,7 +29,7 @@ use crate::{
 
 /// Numbers of the rows of a file, in SI units. Only the times stay in the unit of the file.
 #[derive(Debug, Default)]
-pub(super) struct Rows {
+pub struct Rows {
     pub times: Vec<f64>,
     pub gauges: Vec<f64>,
     /// Values of the auxiliary channels. A missing value is NaN until [`Rows::hold_auxiliary`] replaces it.
@@ -55,15 +57,15 @@ pub(super) struct Rows {
 }
 
 /// Successive rows in which the last value of an auxiliary channel is older than the longest allowed pause.
-#[derive(Clone, Debug)]
-pub(super) struct HeldRows {
+#[derive(Debug)]
+pub struct HeldRows {
     pub channel: usize,
     pub rows: Range<usize>,
 }
 
 /// First of several rows that belong to one group and are on successive lines. Row number `row` of the table is on line
 /// `line` of the file.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct LineRun {
     row: usize,
     line: u64,

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// New role of a channel of a recording.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ChannelRole {
     pub channel: Channel,
     /// Name of the channel. In other files with the same name, the column gets the same role.

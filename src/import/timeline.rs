@@ -1,7 +1,6 @@
 //! Examines the times of a file: derives their unit if the header has none, and finds the rows at which recordings start.
 
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{rows::Rows, warning::Cause};
 use crate::recording::{
     gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause},
     median,
@@ -30,8 +29,8 @@ const SHORTEST_STEP_MICROSECONDS: f64 = 900.0;
 const SHORTEST_STEP_NANOSECONDS: f64 = 3e5;
 
 /// Rows of a file at which recordings start, and rows that repeat a time.
-#[derive(Debug, Default, PartialEq)]
-pub(super) struct Cuts {
+#[derive(Debug, Default)]
+pub struct Cuts {
     /// First row of each recording, except the first recording.
     pub starts: Vec<usize>,
     /// First and last row that has the same time as the row before, and the number of such rows.
@@ -53,7 +52,7 @@ struct Bursts {
 
 /// Finds the rows at which recordings start: where time goes back, and after a pause of more than `gap_secs`. If it is
 /// `None`, this length is derived from the times.
-pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
+pub fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let mut cuts = Cuts::default();
     let gap = gap_secs.unwrap_or_else(|| {
         cuts.bursts = bursts(times);
@@ -76,7 +75,7 @@ pub(super) fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
 }
 
 /// Returns true if the rows were written newest first: most times are earlier than the time of the row before.
-pub(super) fn is_newest_first(times: &[f64]) -> bool {
+pub fn is_newest_first(times: &[f64]) -> bool {
     /// Minimum ratio of steps back to steps forward. A file of recordings that each start at zero has far fewer steps back.
     const BACK_TO_FORWARD: usize = 4;
     let count = |is_meant: fn(f64) -> bool| {
@@ -86,7 +85,7 @@ pub(super) fn is_newest_first(times: &[f64]) -> bool {
     back > 1 && back >= BACK_TO_FORWARD * forward
 }
 
-pub(super) fn sort(rows: &mut Rows) {
+pub fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));
     rows.arrange(&order);
@@ -95,7 +94,7 @@ pub(super) fn sort(rows: &mut Rows) {
 /// Spreads rows with the same time stamp evenly up to the next stamp. Rows with the first stamp, with the last stamp, and
 /// before a pause are spaced by the median time step of the file instead. The rows with the first stamp are placed so that
 /// the next step reaches the second stamp.
-pub(super) fn spread(times: &mut [f64]) {
+pub fn spread(times: &mut [f64]) {
     let stamps: Vec<(f64, usize)> =
         (times.chunk_by(|a, b| a == b)).map(|own| (own[0], own.len())).collect();
     let inner = stamps.get(1..).unwrap_or_default().windows(2);
@@ -121,7 +120,7 @@ pub(super) fn spread(times: &mut [f64]) {
 
 /// Returns the longest time step (s) over which a reference is interpolated: 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`]
 /// if rows come in bursts.
-pub(super) fn longest_bridge(times: &[f64]) -> f64 {
+pub fn longest_bridge(times: &[f64]) -> f64 {
     match bursts(times) {
         Some(_) => GAP_BETWEEN_BURSTS_SECS,
         None => steps_of_a_pause(times),
@@ -148,7 +147,7 @@ fn bursts(times: &[f64]) -> Option<Bursts> {
 /// Derives the unit of times from their values, to which `since` is added. If one unit makes them UNIX times of today with
 /// plausible time steps, it is this unit. Otherwise the median step decides: whole numbers with a step of at least 2 are
 /// milliseconds, with longer steps microseconds or nanoseconds. All other times are seconds.
-pub(super) fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
+pub fn unit_by_values(times: &[f64], since: f64) -> TimeUnit {
     let step = median_step(times);
     let by_epoch = UNITS.into_iter().find(|unit| {
         // UNIX times (s) from the years 2001 to 2286.
@@ -171,7 +170,7 @@ const STEP_FACTOR_LIMIT: f64 = 15.0;
 
 /// Returns the unit in which the time step `step` is nearest to the time step of a calibration's recordings (s). If the two
 /// differ by more than [`STEP_FACTOR_LIMIT`], returns unit and factor as an error.
-pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
+pub fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (TimeUnit, f64)> {
     let off = |unit: TimeUnit| {
         let times = step / unit.per_second() / trained_secs;
         (unit, times.max(1.0 / times))
@@ -184,10 +183,7 @@ pub(super) fn unit_by_step(step: f64, trained_secs: f64) -> Result<TimeUnit, (Ti
 
 /// Makes times (s) increase that come from a 32-bit counter which starts again from zero. Returns the first row after the
 /// first restart, and the times before and after it.
-pub(super) fn unwrap_counters(
-    times: &mut [f64],
-    gap_secs: Option<f64>,
-) -> Option<(usize, [f64; 2])> {
+pub fn unwrap_counters(times: &mut [f64], gap_secs: Option<f64>) -> Option<(usize, [f64; 2])> {
     if times.is_sorted() {
         return None;
     }
@@ -209,7 +205,7 @@ pub(super) fn unwrap_counters(
 /// Returns the number of samples for which a reference repeats each value, if this number is nearly constant. Then the
 /// reference is measured less often than it is written. With dead weights, loads are repeated often and for very different
 /// numbers of samples. With a continuously measured reference, most values are not repeated.
-pub(super) fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
+pub fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
     const FEWEST_RUNS: usize = 30;
     const LONGEST_RUN: usize = 100;
     /// Maximum number of rows that are inspected. The start of a file suffices to see repeated values.

@@ -3,10 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::error::at;
-use super::plan::{Plan, Side};
-use super::rows::Rows;
-use super::warning::Cause;
+use super::{
+    error::at,
+    plan::{Plan, Side},
+    rows::Rows,
+    warning::Cause,
+};
 use crate::import::{
     error::{ReadError, TableError},
     join::{self, Series},
@@ -16,27 +18,27 @@ use crate::import::{
 
 /// Gauges, reference load, or both, as read from one file. Times are in seconds.
 #[derive(Debug)]
-pub(super) struct Table {
+pub struct Table {
     pub path: PathBuf,
     pub plan: Plan,
     pub rows: Rows,
 }
 
-pub(super) fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
+pub fn reference_path(path: &Path, reference: &ReferenceFile) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(reference.file.replace("{stem}", &stem))
 }
 
 /// Returns the path of the file that holds a reference with its own clock, and the choice of columns that are read from this
 /// file. `None` if gauges and reference have the same clock.
-pub(super) fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
+pub fn reference_of(path: &Path, map: &ColumnMap) -> Option<(PathBuf, Side)> {
     match &map.reference {
         Some(file) => Some((reference_path(path, file), Side::ReferenceFile)),
         None => map.has_two_clocks().then(|| (path.to_owned(), Side::SecondClock)),
     }
 }
 
-pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
+pub fn check_reference(reference: &Table) -> Result<(), ReadError> {
     let rows = &reference.rows;
     let mut steps = rows.times.windows(2);
     let Some(before) = steps.position(|pair| pair[1] < pair[0]) else {
@@ -50,11 +52,7 @@ pub(super) fn check_reference(reference: &Table) -> Result<(), ReadError> {
 }
 
 /// Computes the reference load at the times of the gauges, and adds it to the table of the gauges.
-pub(super) fn join(
-    gauges: &mut Table,
-    reference: &mut Table,
-    join: &Join,
-) -> Result<(), ReadError> {
+pub fn join(gauges: &mut Table, reference: &mut Table, join: &Join) -> Result<(), ReadError> {
     for time in &mut reference.rows.times {
         *time += join.clock_offset_secs;
     }

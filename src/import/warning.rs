@@ -175,7 +175,7 @@ impl Cause {
         }
     }
 
-    pub(super) fn finding(&self, place: &Place, path: &Path) -> Finding {
+    pub(crate) fn finding(&self, place: &Place, path: &Path) -> Finding {
         let place = Place { path: path.to_owned(), ..place.clone() };
         let found = Finding::new(self.id(), Verdict::Doubtful, self.to_string());
         Finding { place: Some(place), ..found }
@@ -193,7 +193,7 @@ impl Cause {
 }
 
 /// Reason why a row is skipped because of one cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trouble {
     Empty,
     NotANumber,
@@ -208,7 +208,7 @@ pub enum Trouble {
 impl Trouble {
     /// Returns true if the column map asks for rows with this cell to be skipped, so that the cell is not a fault of the
     /// file.
-    pub(super) const fn is_wanted(self) -> bool {
+    pub const fn is_wanted(self) -> bool {
         matches!(self, Self::StatusError | Self::Dropout)
     }
 
@@ -236,7 +236,7 @@ impl Trouble {
 
 /// Warnings about a block of a file, one for each kind of cause, with line numbers but without the path of the file.
 #[derive(Debug, Default)]
-pub(super) struct Findings(Vec<(Cause, Place)>);
+pub struct Findings(Vec<(Cause, Place)>);
 
 impl Findings {
     /// Adds a cause of a warning. If a cause of the same kind is already there, it is only counted.

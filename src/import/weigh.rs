@@ -1,6 +1,4 @@
-use super::plan::PosePlan;
-use super::two_clocks::Table;
-use super::warning::Cause;
+use super::{plan::PosePlan, two_clocks::Table, warning::Cause};
 use crate::{
     import::{
         assemble,
@@ -20,7 +18,7 @@ const INERTIA_SHARE: f64 = 0.01;
 
 /// Computes the reference loads of a known weight from the poses in the rows of a table. A table without poses is not
 /// changed.
-pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
+pub fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError> {
     let Some(plan) = table.plan.pose.clone() else {
         return Ok(());
     };
@@ -76,7 +74,7 @@ pub(super) fn weigh(table: &mut Table, map: &WeightMap) -> Result<(), ReadError>
 }
 
 /// Returns the orientation of the sensor in each row. Rows whose numbers do not describe a rotation are removed.
-pub(super) fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
+pub fn rotations(table: &mut Table, plan: &PosePlan, map: &WeightMap) -> Vec<Rotation> {
     let rows = &mut table.rows;
     let n_turns = plan.attitude.parts().len();
     let all: Vec<Option<Rotation>> = rows

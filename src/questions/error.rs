@@ -8,7 +8,7 @@ use crate::{
     recording::Missing,
 };
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
 pub enum AnalysisError {
     #[error(
@@ -36,6 +36,10 @@ pub enum AnalysisError {
     MapTooLarge { t_ths: usize, columns: usize, parts: usize },
     #[error(transparent)]
     NoCrossValidation(#[from] NoCrossValidation),
+    #[error("the sensor has none of the axes whose error is to be minimised; choose another error")]
+    NoSuchAxis,
+    #[error("the map of errors is still empty; wait until its first row is computed")]
+    EmptyMap,
     /// Reason that only one kind of question knows, such as a grid of thresholds that cannot be tried.
     #[error("{0}")]
     Because(String),

@@ -12,7 +12,7 @@ use crate::{
 /// then still shows results.
 pub const PATIENCE: Duration = Duration::from_millis(150);
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub enum Unanswered {
     /// The user stopped the computation before it had an answer.
     Cancelled,

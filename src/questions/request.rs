@@ -64,7 +64,7 @@ impl Request {
 }
 
 /// Recordings that the trace panes show.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum View {
     /// The recording with this index in the recording set.
     One(usize),

@@ -28,7 +28,7 @@ pub struct Table {
     pub note: String,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Align {
     #[default]
     Left,

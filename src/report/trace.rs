@@ -52,7 +52,7 @@ impl Trace {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Shown {
     #[default]
     PercentFs,
@@ -61,7 +61,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    pub(crate) fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
+    pub fn both<T>(self, in_units: T, in_percent: T) -> Vec<T> {
         match self {
             Self::PercentFs => vec![in_percent],
             Self::Units => vec![in_units],

@@ -28,7 +28,7 @@ pub const OUTSIDE_SHARE: f64 = 0.05;
 const MAX_CASES: usize = 2 * MAX_COLUMNS;
 
 /// Loads that the training and test recordings cover.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Coverage {
     pub trained: Vec<MinMax>,
     pub outside: Vec<Option<Outside>>,
@@ -109,7 +109,7 @@ fn outside<'a>(
 
 /// The first [`MAX_CASES`] different loads of recordings. Two loads differ if they differ by more than the tolerance on any
 /// axis.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct LoadCases {
     /// Difference of loads that is tolerated on each axis, in its unit; infinite for an axis whose load never changes.
     tolerances: Vec<f64>,

@@ -22,7 +22,7 @@ pub const FEWEST_RECORDINGS: usize = 3;
 pub const BLOCKS: usize = 5;
 
 /// Division of the training recordings into parts that cross-validation leaves out in turn.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Folds {
     /// Pieces of each recording, each with the number of the cross-validation part that contains it. A recording that is not
     /// used for training is one piece.
@@ -78,7 +78,7 @@ impl Folds {
 
 /// Recordings for one fit of a cross-validation, and the recordings that this fit leaves out.
 #[derive(Debug)]
-pub(crate) struct Fold {
+pub struct Fold {
     /// The recordings for the fit, with the role train, and the left-out recordings, with the role test.
     pub set: Arc<RecordingSet>,
     /// For each left-out recording, the number of its cross-validation part. (Left-out recordings have the role test here.)
@@ -101,11 +101,11 @@ impl Fold {
 }
 
 /// Maximum number of fits of a cross-validation if one fit for each part would take too long.
-pub(crate) const MOST_FITS: usize = 5;
+pub const MOST_FITS: usize = 5;
 
 /// Returns the index of the fit that leaves out this part. If there are more than [`MOST_FITS`] parts, a fit leaves out
 /// several.
-pub(crate) fn fit_without(part: usize, n_parts: usize) -> usize {
+pub fn fit_without(part: usize, n_parts: usize) -> usize {
     part % n_parts.min(MOST_FITS)
 }
 

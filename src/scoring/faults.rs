@@ -22,7 +22,7 @@ use crate::{
 /// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
 const DROPOUT_SHARE: f64 = 0.05;
 
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Faults {
     /// All faults that were found, in order of kind, channel and time.
     pub found: Vec<Fault>,
@@ -195,7 +195,7 @@ mod tests {
 
     /// Returns gauges and loads: two axes at 100 Hz that move independently, the first with rests, and three gauges with some
     /// hysteresis and noise. With `counts`, the gauges are rounded to steps of this size.
-    pub(crate) fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
+    pub fn sensor(counts: Option<f64>) -> (Vec<f64>, Vec<f64>) {
         let mut random = Random::new(3, &[]);
         let (mut gauges, mut loads) = (Vec::new(), Vec::new());
         let mut play = 0.0_f64;
@@ -213,7 +213,7 @@ mod tests {
         (gauges, loads)
     }
 
-    pub(crate) fn recording(gauges: Vec<f64>, loads: Vec<f64>) -> Recording {
+    pub fn recording(gauges: Vec<f64>, loads: Vec<f64>) -> Recording {
         let axes = match loads.len() / N {
             0 => Vec::new(),
             _ => vec![Axis::Fx, Axis::Fz],
@@ -223,7 +223,7 @@ mod tests {
         Recording::new("r", Source::Simulated, times, names, gauges, axes, loads).unwrap()
     }
 
-    pub(crate) fn words(recording: &Recording) -> Vec<String> {
+    pub fn words(recording: &Recording) -> Vec<String> {
         faults(recording, &ValidRange::default()).in_words(recording)
     }
 

@@ -2,7 +2,7 @@
 
 use crate::min_max::MinMax;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct LoadSpread {
     pub deviations: Vec<f64>,
     /// Correlation coefficient of the loads on each pair of axes, `n_axes × n_axes`; `None` if the load of an axis is

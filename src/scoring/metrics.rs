@@ -24,7 +24,7 @@ pub fn rmse_of_loads(predicted: &[f64], truth: &[f64], n_axes: usize) -> Option<
     root_mean(&squares, (truth.len() / n_axes.max(1)) as u64)
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Group {
     /// Force axes Fx Fy Fz (N).
     Force,

@@ -7,6 +7,7 @@ pub(crate) mod cross_validation;
 pub(crate) mod faults;
 pub(crate) mod holds;
 pub(crate) mod information;
+mod inverse;
 pub mod lag;
 pub(crate) mod left_out;
 pub(crate) mod load_spread;
@@ -21,7 +22,7 @@ pub(crate) mod quantile;
 pub mod rig;
 pub(crate) mod score_set;
 pub(crate) mod series;
-mod straight_lines;
+pub(crate) mod straight_lines;
 
 pub(crate) use series::Series;
 

@@ -3,7 +3,7 @@
 use crate::scoring::{left_out::summed_by_target, metrics::root_mean};
 
 /// Squared errors on each part of the data, by the fit to all other parts. All models use the same parts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct PartSquares {
     pub part_samples: Vec<u64>,
     /// Sums of squared errors, `n_parts × n_axes` row-major.

@@ -1,7 +1,7 @@
 //! Distances between drawings in pixels, for tests of reduced drawings.
 
 /// Returns the distance from a point to the nearest of these line segments, in pixels.
-pub(crate) fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
+pub fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
     let from = |[a, b]: &[[f64; 2]; 2]| {
         let way = [b[0] - a[0], b[1] - a[1]];
         let off = [place[0] - a[0], place[1] - a[1]];
@@ -14,7 +14,7 @@ pub(crate) fn distance(place: [f64; 2], steps: &[[[f64; 2]; 2]]) -> f64 {
 }
 
 /// Returns the largest distance from a point of one polyline to the other polyline, in pixels. Both have rising x.
-pub(crate) fn farthest(of: &[[f64; 2]], to: &[[f64; 2]]) -> f64 {
+pub fn farthest(of: &[[f64; 2]], to: &[[f64; 2]]) -> f64 {
     let mut worst = 0.0_f64;
     for step in of.windows(2) {
         let length = (step[1][0] - step[0][0]).hypot(step[1][1] - step[0][1]);

@@ -3,7 +3,7 @@
 use crate::calibration::{FactoryScores, NoCrossValidation, Scores};
 
 /// Samples on which the errors of a calibration are measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ScoreSet {
     Train,
     Test,

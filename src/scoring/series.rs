@@ -69,9 +69,9 @@ impl Values for Difference {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Series {
-    pub(crate) values: Arc<dyn Values>,
+    pub values: Arc<dyn Values>,
     /// Number of consecutive samples in a run of the first, finest level.
     finest: usize,
     /// True if all samples of a run of the first level have the same value.

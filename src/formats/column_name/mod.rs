@@ -23,8 +23,8 @@ const VOLTS: &str = "V mV uV µV";
 /// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct ColumnName {
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColumnName {
     /// Name of the column as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
@@ -124,31 +124,33 @@ impl ColumnName {
         words::is_mass(&words_of(&self.name.to_lowercase()))
     }
 
+    /// Returns true if the words of a name that is not too long have this meaning.
+    fn has(&self, meaning: fn(&[&str]) -> bool) -> bool {
+        self.name.len() <= LONGEST && meaning(&words_of(&self.name.to_lowercase()))
+    }
+
     /// Returns true if a word of the name means a time.
     pub fn has_clock_word(&self) -> bool {
-        self.name.len() <= LONGEST && words::is_clock(&words_of(&self.name.to_lowercase()))
+        self.has(words::is_clock)
     }
 
     /// Returns true if the name is that of a count of rows, cycles or frames.
     pub fn is_counter(&self, is_whole: bool) -> bool {
-        let name = self.name.to_lowercase();
-        is_whole && self.name.len() <= LONGEST && words::is_counter(&words_of(&name))
+        is_whole && self.has(words::is_counter)
     }
 
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
     /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
-        let name = self.name.to_lowercase();
         unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
-            || self.name.len() <= LONGEST && words::is_displacement(&words_of(&name))
+            || self.has(words::is_displacement)
     }
 
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
     /// `adc`.
     pub fn is_signal(&self, unit: Option<&str>) -> bool {
-        let name = self.name.to_lowercase();
         unit.is_some_and(|unit| is_one_of(unit, VOLTS) && !self.is_other_quantity(Some(unit)))
-            || self.name.len() <= LONGEST && words::is_signal(&words_of(&name))
+            || self.has(words::is_signal)
     }
 
     /// Returns true if the column holds the seconds or nanoseconds of a time stamp.
@@ -198,7 +200,7 @@ impl Kind {
     /// Returns the kind of a column whose name alone gives this kind, after a look at its unit. A load's name with the unit
     /// of a gauge gives a gauge. A gauge's name with the unit of a load gives no kind, since the axis is unknown. `T` in
     /// degrees is a temperature, not a time.
-    pub(crate) fn with_unit(self, unit: Option<&str>) -> Option<Self> {
+    pub fn with_unit(self, unit: Option<&str>) -> Option<Self> {
         let is_of_gauge = |unit: &str| is_unit_of(Self::Gauge, unit);
         match (self, unit) {
             (Self::Gauge, Some(unit)) if is_load_unit(unit) => None,
@@ -242,11 +244,11 @@ fn kind_of(name: &str) -> Option<Kind> {
     if is_time_unit { Some(Kind::Time) } else { plain_kind(name) }
 }
 
-pub(crate) fn is_gauge_name(name: &str) -> bool {
+pub fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
-pub(crate) fn is_time_name(name: &str) -> bool {
+pub fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }
 
@@ -254,12 +256,12 @@ fn is_of_gauges_alone(unit: &str) -> bool {
     is_one_of(&unit.trim().to_lowercase(), GAUGE_ONLY_UNITS)
 }
 
-pub(crate) fn is_known_unit(unit: &str) -> bool {
+pub fn is_known_unit(unit: &str) -> bool {
     is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
 }
 
 /// Returns true for a unit of force or moment, which no gauge has.
-pub(crate) fn is_load_unit(unit: &str) -> bool {
+pub fn is_load_unit(unit: &str) -> bool {
     // These letters also stand for an acceleration and for a time.
     if ["g", "t", "mg"].contains(&unit.trim()) {
         return false;

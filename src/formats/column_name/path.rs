@@ -14,10 +14,10 @@ const GAUGES: &str =
 const CHANNELS: &str = "raw adc channel channels ch ai volts voltages";
 /// Words in a path that do not tell what the column holds.
 const NEUTRAL: &str = "data value values field";
-pub(super) const SECONDS: &str = "sec secs";
-pub(super) const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
+pub const SECONDS: &str = "sec secs";
+pub const NANOSECONDS: &str = "nanosec nanosecs nsec nsecs";
 
-pub(super) struct Understood<'a> {
+pub struct Understood<'a> {
     pub kind: Kind,
     pub unit: Option<&'a str>,
     /// Start of the path in front of the word that gives the column's kind, in lower case.
@@ -26,14 +26,14 @@ pub(super) struct Understood<'a> {
 
 /// Returns the name of the time stamp of which a column holds a part (such as its nanoseconds), if the last word of the
 /// column's name is one of `words`. The result is empty if the column's name has no other word.
-pub(super) fn stamp_of_part<'a>(name: &'a str, words: &str) -> Option<&'a str> {
+pub fn stamp_of_part<'a>(name: &'a str, words: &str) -> Option<&'a str> {
     let name = name.trim();
     let (stamp, last) = name.rsplit_once(['/', '.', '_']).unwrap_or(("", name));
     is_one_of(&last.to_lowercase(), words).then_some(stamp)
 }
 
 /// Parses a column name as a path; `None` if it is not a path, or the path does not tell the column's kind.
-pub(super) fn understood(name: &str) -> Option<Understood<'static>> {
+pub fn understood(name: &str) -> Option<Understood<'static>> {
     let (stem, is_element) = without_index(name);
     if !is_element && !name.contains(['/', '.']) {
         return None;

@@ -3,7 +3,7 @@
 use crate::recording::Axis;
 
 /// Maximum length of a column name that is compared with the words of this file (bytes).
-pub(super) const LONGEST: usize = 64;
+pub const LONGEST: usize = 64;
 
 /// Names of a time column, in lower case without separators. A unit of time alone, such as `ms`, also names a time column,
 /// but a single `s` does not.
@@ -62,8 +62,8 @@ const AUXILIARIES: &str = "\
 const NOT_MEASURED: &str =
     "compensated comp corrected compensation setpoint target status time error soll";
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
     Time,
     Gauge,
     Load(Axis),
@@ -74,12 +74,12 @@ pub(in crate::formats) fn is_one_of(word: &str, list: &str) -> bool {
     list.split(' ').any(|listed| listed == word)
 }
 
-pub(super) fn plain(name: &str) -> String {
+pub fn plain(name: &str) -> String {
     name.to_lowercase().replace(['_', ' '], "")
 }
 
 /// Returns the kind of a column from its name alone, without a path in front and without a unit behind it.
-pub(super) fn plain_kind(name: &str) -> Option<Kind> {
+pub fn plain_kind(name: &str) -> Option<Kind> {
     if name.len() > LONGEST {
         return None;
     }
@@ -94,13 +94,13 @@ pub(super) fn plain_kind(name: &str) -> Option<Kind> {
 }
 
 /// Returns true if the word is in one of the lists of words for a quantity.
-pub(super) fn is_known(word: &str) -> bool {
+pub fn is_known(word: &str) -> bool {
     let lists =
         [TIMES, GAUGES, FORCES, MOMENTS, LOADS, CLOCKS, COUNTERS, DISPLACEMENTS, AUXILIARIES];
     lists.iter().any(|list| is_one_of(word, list))
 }
 
-pub(super) fn is_load(words: &[&str]) -> bool {
+pub fn is_load(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
     let mut long = words.iter().filter(|word| word.len() > 1);
@@ -112,15 +112,15 @@ pub(super) fn is_load(words: &[&str]) -> bool {
             || (has(REFERENCES) && has("f m")))
 }
 
-pub(super) fn is_moment(words: &[&str]) -> bool {
+pub fn is_moment(words: &[&str]) -> bool {
     words.iter().any(|word| word.len() > 1 && is_one_of(word, MOMENTS))
 }
 
-pub(super) fn is_mass(words: &[&str]) -> bool {
+pub fn is_mass(words: &[&str]) -> bool {
     words.iter().any(|word| is_one_of(word, MASSES))
 }
 
-pub(super) fn is_clock(words: &[&str]) -> bool {
+pub fn is_clock(words: &[&str]) -> bool {
     let is_it = |word: &&str| {
         is_one_of(word, CLOCKS)
             || (word.len() > 4 && (word.ends_with("time") || word.ends_with("zeit")))
@@ -128,35 +128,35 @@ pub(super) fn is_clock(words: &[&str]) -> bool {
     words.iter().any(is_it)
 }
 
-pub(super) fn is_counter(words: &[&str]) -> bool {
+pub fn is_counter(words: &[&str]) -> bool {
     words.iter().any(|word| is_one_of(word, COUNTERS))
 }
 
-pub(super) fn is_signal(words: &[&str]) -> bool {
+pub fn is_signal(words: &[&str]) -> bool {
     let is_it = |word: &&str| is_one_of(word, RAW) || is_one_of(word, "voltage spannung tension");
     words.iter().any(is_it)
 }
 
-pub(super) fn is_displacement(words: &[&str]) -> bool {
+pub fn is_displacement(words: &[&str]) -> bool {
     words.iter().any(|word| is_one_of(word, DISPLACEMENTS) || is_one_of(word, SPREADS))
 }
 
-pub(super) fn is_other_unit(unit: &str) -> bool {
+pub fn is_other_unit(unit: &str) -> bool {
     is_one_of(unit, OTHER_UNITS)
 }
 
 /// Returns true if these words of a column name, in lower case and without numbers, name an auxiliary channel.
-pub(super) fn is_auxiliary(words: &[&str]) -> bool {
+pub fn is_auxiliary(words: &[&str]) -> bool {
     let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
     has(AUXILIARIES) && !has(NOT_MEASURED)
 }
 
-pub(super) fn is_time(plain: &str) -> bool {
+pub fn is_time(plain: &str) -> bool {
     is_one_of(plain, TIMES)
 }
 
 /// Returns the word in front of the number in a gauge's name, in lower case; `None` if the name is not that of a gauge.
-pub(super) fn gauge_stem(name: &str) -> Option<String> {
+pub fn gauge_stem(name: &str) -> Option<String> {
     let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let n_digits = name.len() - start.len();
     let stem = start.strip_suffix(['_', ' ', '-']).unwrap_or(start).to_lowercase();
@@ -169,13 +169,13 @@ fn quantities() -> [(&'static str, &'static [Axis]); 2] {
 }
 
 /// Returns the axes Fx, Fy, Fz for a word that means force, and Mx, My, Mz for a word that means moment.
-pub(super) fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
+pub fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
     let found = quantities().into_iter().find(|(words, _)| is_one_of(word, words));
     found.map(|(_, axes)| axes)
 }
 
 /// Returns the load axis of a column name, which is in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
-pub(super) fn axis_of(plain: &str) -> Option<Axis> {
+pub fn axis_of(plain: &str) -> Option<Axis> {
     let bare = REFERENCES.split(' ').find_map(|word| plain.strip_prefix(word)).unwrap_or(plain);
     quantities().into_iter().find_map(|(words, axes)| {
         let (symbols, long): (Vec<&str>, Vec<&str>) =
@@ -197,7 +197,7 @@ fn letter(text: &str) -> Option<usize> {
 }
 
 /// Returns the direction that a text names: 0 for x, 1 for y, 2 for z.
-pub(super) fn direction(text: &str) -> Option<usize> {
+pub fn direction(text: &str) -> Option<usize> {
     let mut before = BEFORE_DIRECTION.split(' ').chain([""]);
     before.find_map(|before| {
         let rest = text.strip_prefix(before)?;

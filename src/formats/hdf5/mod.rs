@@ -6,7 +6,7 @@ mod read;
 
 use super::format::Format;
 
-pub(super) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "HDF5 file",
     endings: &["h5", "hdf5"],
     signatures: &[b"\x89HDF\r\n\x1a\n"],

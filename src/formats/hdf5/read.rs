@@ -25,7 +25,7 @@ const MEMBER_LIMIT: usize = 10_000;
 /// Maximum total length of an array's column names (bytes), so that a damaged file cannot fill the memory.
 const LABELS_LIMIT_BYTES: u64 = 1 << 20;
 
-pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+pub fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let file = File::open(source.path).map_err(damaged)?;
     let mut reading = Reading {
         source,

@@ -6,7 +6,7 @@
 use super::super::number::Number;
 
 /// Reader of one ROS 2 message from start to end. Each method returns `None` if the message ends too early.
-pub(super) struct Cdr<'a> {
+pub struct Cdr<'a> {
     body: &'a [u8],
     at: usize,
 }

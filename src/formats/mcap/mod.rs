@@ -7,7 +7,7 @@ mod read;
 
 use super::format::Format;
 
-pub(super) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "MCAP recording",
     endings: &["mcap"],
     signatures: &[b"\x89MCAP"],

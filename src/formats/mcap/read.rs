@@ -11,12 +11,16 @@ use ::mcap::records::{MessageHeader, Record, op};
 use ::mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{McapError, parse_record};
 
-use super::super::columns::{Column, Columns, FilePart};
-use super::super::error::FileError;
-use super::super::format::{Budget, COLUMN_LIMIT, Source};
-use super::super::number::Number;
-use super::super::parts;
-use super::cdr::Cdr;
+use super::{
+    super::{
+        columns::{Column, Columns, FilePart},
+        error::FileError,
+        format::{Budget, COLUMN_LIMIT, Source},
+        number::Number,
+        parts,
+    },
+    cdr::Cdr,
+};
 use crate::recording::Axis;
 
 const FILE: &str = "the recording";
@@ -26,7 +30,7 @@ const DOUBLE: Number = Number::Float(8);
 const CHUNK_LIMIT_BYTES: u64 = 1 << 30;
 
 /// Reads all topics of a recording, and returns one or two of them (gauges, reference) as a table.
-pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+pub fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let mut topics = Topics::default();
     let mut file = BufReader::new(source.open()?);
     let limit_bytes = usize::try_from(source.n_bytes.min(CHUNK_LIMIT_BYTES)).unwrap_or(usize::MAX);
@@ -154,7 +158,7 @@ fn unpacked(compression: &str, packed: &[u8], n_bytes: u64) -> Result<Vec<u8>, F
     Ok(records)
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 enum Shape {
     WrenchStamped,
     Wrench,

@@ -10,15 +10,17 @@ use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileRea
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
 
-use super::super::columns::{Column, Columns, from_origin};
-use super::super::error::FileError;
-use super::super::format::{COLUMN_LIMIT, Source, SourceFile};
+use super::super::{
+    columns::{Column, Columns, from_origin},
+    error::FileError,
+    format::{COLUMN_LIMIT, Source, SourceFile},
+};
 use crate::progress::Progress;
 
 const FILE: &str = "the file";
 const BATCH_ROWS: usize = 1 << 14;
 
-pub(crate) fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
+pub fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
     let reader = SerializedFileReader::new(source.open()?).map_err(damaged)?;
     let schema = reader.metadata().file_metadata().schema_descr_ptr();
     let mut table = Columns { is_named: true, ..Columns::default() };

@@ -14,7 +14,7 @@ use ::parquet::schema::types::Type;
 /// Number of rows that are written as one group: few enough for small memories, many enough for fast readers.
 const GROUP_ROWS: usize = 1 << 16;
 
-pub(crate) struct ParquetTable<'a> {
+pub struct ParquetTable<'a> {
     writer: SerializedFileWriter<&'a mut (dyn Write + Send)>,
     names: Vec<ByteArray>,
     columns: Vec<Vec<Option<f64>>>,

@@ -1,8 +1,10 @@
 //! Splits text that arrives in pieces into whole lines. The encoding is detected from the first line, as for whole files. A
 //! line without an end is cut at a limit and does not fill the memory.
 
-use super::blocks::LINE_LIMIT_BYTES;
-use super::encoding::{Encoding, decoded, encoding_of};
+use super::{
+    blocks::LINE_LIMIT_BYTES,
+    encoding::{Encoding, decoded, encoding_of},
+};
 
 /// Text that replaces a line longer than [`LINE_LIMIT_BYTES`].
 const TOO_LONG: &str = "(a line of more than 1 MiB)";
@@ -10,7 +12,7 @@ const TOO_LONG: &str = "(a line of more than 1 MiB)";
 const ENCODING_BYTES: usize = 1 << 10;
 
 #[derive(Debug, Default)]
-pub(crate) struct ArrivingLines {
+pub struct ArrivingLines {
     encoding: Option<Encoding>,
     /// Bytes that are still to be decoded to text.
     raw: Vec<u8>,

@@ -7,16 +7,16 @@ use crate::formats::columns::Cell;
 
 const ANY_ERROR: u32 = 1 << 31;
 
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Preamble {
+#[derive(Debug, PartialEq)]
+pub struct Preamble {
     pub n_lines: usize,
     pub rate_hz: Option<f64>,
     pub force: CountedUnit,
     pub moment: CountedUnit,
 }
 
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CountedUnit {
+#[derive(Debug, PartialEq)]
+pub struct CountedUnit {
     pub unit: String,
     pub counts: f64,
 }
@@ -54,7 +54,7 @@ impl Preamble {
 }
 
 /// Returns true if the status word in a cell reports an error; `None` if the cell is neither a number nor hexadecimal digits.
-pub(crate) fn reports_error(cell: Cell<'_>) -> Option<bool> {
+pub fn reports_error(cell: Cell<'_>) -> Option<bool> {
     let text = match cell {
         Cell::Number(number) => {
             let is_word = (0.0..=f64::from(u32::MAX)).contains(&number) && number.fract() == 0.0;

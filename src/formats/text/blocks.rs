@@ -4,17 +4,19 @@
 use std::io;
 use std::path::Path;
 
-use super::cells::{is_skipped, lines};
-use super::encoding::Text;
-use super::serial_monitor::Arrows;
+use super::{
+    cells::{is_skipped, lines},
+    encoding::Text,
+    serial_monitor::Arrows,
+};
 use crate::formats::error::FileError;
 
 /// Maximum length of a line (bytes). Without a limit, one line could fill the memory.
-pub(super) const LINE_LIMIT_BYTES: usize = 1 << 20;
+pub const LINE_LIMIT_BYTES: usize = 1 << 20;
 
 #[derive(Debug)]
 pub(in crate::formats) struct Blocks {
-    pub(super) text: Text,
+    pub text: Text,
     block_bytes: usize,
     /// Start of a line whose end has not been read yet.
     carry: Vec<u8>,
@@ -34,7 +36,7 @@ impl Blocks {
         Ok(Self::of(Text::open(path, limit_bytes)?, block_bytes))
     }
 
-    pub(super) fn of(text: Text, block_bytes: usize) -> Self {
+    pub(crate) fn of(text: Text, block_bytes: usize) -> Self {
         Self { text, block_bytes, carry: Vec::new(), is_at_end: false, arrows: None }
     }
 

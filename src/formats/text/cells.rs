@@ -4,7 +4,7 @@ use super::written::{Decimal, Delimiter, TextLayout, Thousands};
 use crate::formats::columns::{Cell, Row};
 
 /// Returns the delimiter of a header line: the most frequent of tab, semicolon and comma outside quotes, else whitespace.
-pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
+pub fn delimiter_of_header(line: &[u8]) -> Delimiter {
     use Delimiter::{Comma, Semicolon, Spaces, Tab};
     let count = |delimiter: Delimiter| {
         let mut is_quoted = false;
@@ -24,12 +24,12 @@ pub(crate) fn delimiter_of_header(line: &[u8]) -> Delimiter {
 
 impl Delimiter {
     /// Returns true if a comma in a cell can be a decimal comma, which requires that commas do not separate the cells.
-    pub(crate) fn allows_decimal_comma(self) -> bool {
+    pub fn allows_decimal_comma(self) -> bool {
         self != Self::Comma
     }
 
     /// Returns the byte that separates cells. A blank stands for any run of blanks and tabs.
-    pub(crate) const fn byte(self) -> u8 {
+    pub const fn byte(self) -> u8 {
         match self {
             Self::Comma => b',',
             Self::Semicolon => b';',
@@ -50,7 +50,7 @@ impl Decimal {
 
 impl TextLayout {
     /// Returns the cells of a line; `None` if the line is blank or a comment.
-    pub(crate) fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
+    pub fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
         (!is_skipped(line)).then(|| TextRow {
             cells: Cells::new(line.strip_suffix(b"\r").unwrap_or(line), self.delimiter),
             point: match (self.decimal, self.delimiter) {
@@ -65,7 +65,7 @@ impl TextLayout {
 
     /// Returns the number in a cell, and true if its comma was read as a decimal mark although the layout has the decimal
     /// point.
-    pub(crate) fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
+    pub fn number(&self, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         // If commas separate the cells, a comma within a quoted cell separates thousands.
         let is_quoted = self.thousands.is_none()
@@ -84,7 +84,7 @@ impl TextLayout {
 
     /// Returns the number in a cell, as [`Self::number`] does, minus `since`. The whole part is subtracted before conversion
     /// to a float, so no digit is lost.
-    pub(crate) fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
+    pub fn number_since(&self, since: i64, cell: &[u8]) -> Option<(f64, bool)> {
         let point = self.decimal.mark();
         let text = std::str::from_utf8(cell).ok()?;
         let (whole, decimals) = text.split_once(point).unwrap_or((text, ""));
@@ -117,7 +117,7 @@ impl TextLayout {
     }
 }
 
-pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = text;
     std::iter::from_fn(move || {
         if rest.is_empty() {
@@ -130,13 +130,13 @@ pub(crate) fn lines(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-pub(crate) fn is_skipped(line: &[u8]) -> bool {
+pub fn is_skipped(line: &[u8]) -> bool {
     matches!(line.trim_ascii_start().first(), None | Some(b'#'))
 }
 
 /// Cells of one line of text, without surrounding blanks and quotes. Doubled quotes inside quotes stay doubled.
 #[derive(Clone, Debug)]
-pub(crate) struct Cells<'a> {
+pub struct Cells<'a> {
     rest: Option<&'a [u8]>,
     delimiter: u8,
 }
@@ -178,7 +178,7 @@ impl<'a> Iterator for Cells<'a> {
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct TextRow<'a> {
+pub struct TextRow<'a> {
     cells: Cells<'a>,
     point: u8,
 }
@@ -264,7 +264,7 @@ fn plain_number(text: &[u8], point: u8) -> Option<(f64, usize)> {
 }
 
 /// Returns the number in a cell whose decimal mark is a point, also NaN and infinity.
-pub(crate) fn number(cell: &[u8]) -> Option<f64> {
+pub fn number(cell: &[u8]) -> Option<f64> {
     let plain = plain_number(cell, b'.').filter(|(_, end)| *end == cell.len());
     plain.map(|(value, _)| value).or_else(|| std::str::from_utf8(cell).ok()?.parse().ok())
 }
@@ -293,7 +293,7 @@ fn grouped_by(cell: &[u8], thousands: Thousands, point: char) -> Option<f64> {
 
 /// Returns the number in a cell and its separator of thousands, if the cell can be read in only one way: `1'234`, `1,234.5`,
 /// `1.234,5`, `1,234,567`.
-pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
+pub fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
     let of = |thousands: Thousands, point| Some((grouped_by(cell, thousands, point)?, thousands));
     let count = |byte: u8| cell.iter().filter(|other| **other == byte).count();
     match (count(b','), count(b'.')) {
@@ -306,7 +306,7 @@ pub(crate) fn unmistakable_number(cell: &[u8]) -> Option<(f64, Thousands)> {
 }
 
 /// Returns the number in a cell whose only comma is the decimal mark.
-pub(crate) fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
+pub fn decimal_comma_number(cell: &[u8]) -> Option<f64> {
     let (whole, part) = std::str::from_utf8(cell).ok()?.split_once(',')?;
     let is_point_elsewhere = whole.contains('.') || part.contains('.');
     (!is_point_elsewhere).then(|| format!("{whole}.{part}").parse().ok()).flatten()

@@ -23,7 +23,7 @@ const BYTE_ORDER_MARKS: [(&[u8], Encoding); 3] = [
     (b"\xfe\xff", Encoding::Utf16BigEndian),
 ];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, strum::IntoStaticStr)]
 #[serde(into = "&'static str")]
 pub enum Encoding {
     /// UTF-8, or ASCII.
@@ -49,7 +49,7 @@ impl Encoding {
     }
 
     /// Returns the number of bytes that a plain (ASCII) character takes in the file.
-    pub(super) const fn bytes_per_character(self) -> u64 {
+    pub const fn bytes_per_character(self) -> u64 {
         match self {
             Self::Utf8 | Self::CodePage | Self::Arrays => 1,
             Self::Utf16LittleEndian | Self::Utf16BigEndian => 2,
@@ -63,7 +63,7 @@ trait Source: Read + Seek + fmt::Debug + Send + Sync {}
 impl<T: Read + Seek + fmt::Debug + Send + Sync> Source for T {}
 
 #[derive(Debug)]
-pub(super) struct Text {
+pub struct Text {
     source: Box<dyn Source>,
     left_bytes: u64,
     /// Length of the file when it was opened (bytes).
@@ -168,7 +168,7 @@ fn mend_line_ends(text: &mut [u8], has_more: bool) {
 }
 
 /// Converts bytes in this encoding to UTF-8 text. Returns the text, and the bytes of an incomplete last character.
-pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
+pub fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>) {
     let unit = match encoding {
         Encoding::Utf8 | Encoding::CodePage | Encoding::Arrays => return (raw, Vec::new()),
         Encoding::Utf16LittleEndian => u16::from_le_bytes,
@@ -188,7 +188,7 @@ pub(super) fn decoded(encoding: Encoding, mut raw: Vec<u8>) -> (Vec<u8>, Vec<u8>
 
 /// Returns the encoding of a file and the length of its byte order mark. The error for a file without text names the kind of
 /// the file.
-pub(super) fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
+pub fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
     if let Some(other) = other_kind(head) {
         return Err(other);
     }

@@ -38,7 +38,7 @@ const BLOCKS_PER_THREAD: usize = 8;
 const BLOCKS_AT_A_TIME_LIMIT: usize = 64;
 
 #[derive(Debug)]
-pub(crate) struct TextFile {
+pub struct TextFile {
     path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,

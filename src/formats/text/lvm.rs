@@ -4,11 +4,13 @@
 //! the decimal mark. Its key `X_Columns` is `One` for one time column, `Multi` for a time column per channel, and `No` if the
 //! times follow from the start `X0` and the step `Delta_X`.
 
-use super::blocks::Blocks;
-use super::cells::{Cells, decimal_comma_number, lines, number};
-use super::layout::names;
-use super::times::TimeForm;
-use super::written::Delimiter;
+use super::{
+    blocks::Blocks,
+    cells::{Cells, decimal_comma_number, lines, number},
+    layout::names,
+    times::TimeForm,
+    written::Delimiter,
+};
 use crate::formats::{
     columns::{Column, Columns},
     error::FileError,

@@ -1,13 +1,15 @@
 //! Lines that terminals for serial ports save, with the time of day and an arrow in front: `12:03:04.123 -> 801,799`.
 
-use super::cells::{delimiter_of_header, number};
-use super::times::TimeForm;
+use super::{
+    cells::{delimiter_of_header, number},
+    times::TimeForm,
+};
 
 const ARROW: &[u8] = b" -> ";
 
 /// Bytes that replace each arrow. They are as many as the arrow has, so that positions in the file stay valid.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrows {
+pub struct Arrows {
     replacement: [u8; ARROW.len()],
 }
 
@@ -43,7 +45,7 @@ impl Arrows {
 
 /// Returns the positions in a line where the time in front ends and where the row behind the arrow starts; `None` without an
 /// arrow.
-pub(crate) fn stamped(line: &[u8]) -> Option<(usize, usize)> {
+pub fn stamped(line: &[u8]) -> Option<(usize, usize)> {
     arrow_position(line).map(|at| (at, at + ARROW.len()))
 }
 

@@ -14,30 +14,30 @@ const EPOCH: Date = civil::date(1970, 1, 1);
 /// Marks between the parts of a date.
 const MARKS: [char; 3] = ['-', '/', '.'];
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum DateOrder {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DateOrder {
     YearMonthDay,
     DayMonthYear,
     MonthDayYear,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TimeForm {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TimeForm {
     /// Date, optionally with a time of day after `T` or a blank.
     Date(DateOrder),
     /// Time of day alone, `h:m` to `h:m:s.s`.
     TimeOfDay,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TimeSpelling {
+#[derive(Clone, Copy, Debug)]
+pub enum TimeSpelling {
     Number(TimeUnit),
     Samples,
     Text(TimeForm),
 }
 
 /// Spellings that [`TimeSpelling::from_name`] understands, as a list for error messages.
-pub(crate) const TIME_SPELLINGS: &str =
+pub const TIME_SPELLINGS: &str =
     "s, ms, us, ns, min, h, samples, iso8601, d.m.y, m/d/y, d/m/y, h:m:s";
 
 impl TimeSpelling {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 /// Rules by which the text of a table is divided into cells and numbers.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TextLayout {
     pub delimiter: Delimiter,
@@ -28,9 +28,7 @@ pub struct TextLayout {
     pub parts: Vec<String>,
 }
 
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Delimiter {
@@ -50,7 +48,7 @@ impl Delimiter {
     }
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Decimal {
     /// Decimal point. A single comma is read as a decimal mark too, and reported, unless commas separate cells.
@@ -61,7 +59,7 @@ pub enum Decimal {
 }
 
 /// Kind of header lines before a table. Units, counts per unit and sample rate are read from the header of each file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preamble {
     /// Preamble that the demonstration program of ATI's Net F/T writes.
@@ -69,7 +67,7 @@ pub enum Preamble {
 }
 
 /// Separator of thousands in numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, strum::IntoStaticStr)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum Thousands {
@@ -90,7 +88,7 @@ impl Thousands {
         self.into()
     }
 
-    pub(super) fn is(self, letter: char) -> bool {
+    pub fn is(self, letter: char) -> bool {
         match self {
             Self::Comma => letter == ',',
             Self::Point => letter == '.',

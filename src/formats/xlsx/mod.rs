@@ -7,14 +7,16 @@ use std::io::{BufReader, Seek as _};
 
 use zip::ZipArchive;
 
-use super::columns::Columns;
-use super::error::FileError;
-use super::format::{Format, Source};
+use super::{
+    columns::Columns,
+    error::FileError,
+    format::{Format, Source},
+};
 
 /// First bytes of a compound file, which may hold a workbook of Excel 97 to 2003.
 const COMPOUND: &[u8] = b"\xd0\xcf\x11\xe0";
 
-pub(super) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "workbook of Excel or OpenDocument",
     endings: &["xlsx", "xlsm", "xls", "ods"],
     signatures: &[b"PK\x03\x04", COMPOUND],

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{BufReader, Read, Seek};
 
-use calamine::{Data, DataRef, Ods, Range, Reader, Xls, Xlsx, XlsxCellReader, XlsxError};
+use calamine::{Data, Ods, Range, Reader, Xls, Xlsx, XlsxCellReader, XlsxError};
 use zip::ZipArchive;
 
 use super::super::column_name::is_known_unit;
@@ -29,16 +29,14 @@ const TEXT_LIMIT_BYTES: usize = 1 << 10;
 const DAYS_BEFORE_1970: f64 = 25_569.0;
 const DAY_SECS: f64 = 86_400.0;
 
-struct Cell<'a> {
+struct Cell {
     row: u32,
     column: u32,
-    value: DataRef<'a>,
+    value: Data,
 }
 
 /// Checks the sizes that the archive of a workbook declares, before the crate calamine allocates memory by them.
-pub(super) fn check_sizes(
-    archive: &mut ZipArchive<BufReader<SourceFile>>,
-) -> Result<(), FileError> {
+pub fn check_sizes(archive: &mut ZipArchive<BufReader<SourceFile>>) -> Result<(), FileError> {
     const STRINGS: &str = "xl/sharedStrings.xml";
     for index in 0..archive.len() {
         let Ok(member) = archive.by_index_raw(index) else {
@@ -63,7 +61,7 @@ pub(super) fn check_sizes(
     }
 }
 
-pub(super) fn columns(
+pub fn columns(
     source: &Source<'_>,
     file: BufReader<SourceFile>,
     kind: Kind,
@@ -116,62 +114,49 @@ where
     Ok(())
 }
 
-fn cells_of_range<'a>(
-    range: &'a Range<Data>,
+fn cells_of_range(
+    range: &Range<Data>,
     sheet: &str,
     budget: &mut Budget,
-) -> Result<Vec<Cell<'a>>, FileError> {
+) -> Result<Vec<Cell>, FileError> {
     let n_used = range.used_cells().count() as u64;
     budget.take(sheet, n_used, size_of::<Cell>() as u64)?;
-    let cell = |(row, column, value): (usize, usize, &'a Data)| {
-        let value = match value {
-            Data::Empty => None,
-            Data::Int(value) => Some(DataRef::Int(*value)),
-            Data::Float(value) => Some(DataRef::Float(*value)),
-            Data::Bool(value) => Some(DataRef::Bool(*value)),
-            Data::DateTime(value) => Some(DataRef::DateTime(*value)),
-            Data::DateTimeIso(text) => Some(DataRef::DateTimeIso(text.clone())),
-            Data::DurationIso(text) => Some(DataRef::DurationIso(text.clone())),
-            Data::Error(error) => Some(DataRef::Error(error.clone())),
-            Data::String(text) => start(text).map(DataRef::SharedString),
-        }?;
-        Some(Cell { row: row as u32, column: column as u32, value })
+    let cell = |(row, column, value): (usize, usize, &Data)| {
+        Some(Cell { row: row as u32, column: column as u32, value: kept(value.clone())? })
     };
     Ok(range.used_cells().filter_map(cell).collect())
 }
 
 /// Returns the filled cells of a sheet, row by row from left to right.
-fn cells<'a, R: Read + Seek>(
-    mut reader: XlsxCellReader<'a, R>,
+fn cells<R: Read + Seek>(
+    mut reader: XlsxCellReader<'_, R>,
     sheet: &str,
     budget: &mut Budget,
-) -> Result<Vec<Cell<'a>>, FileError> {
+) -> Result<Vec<Cell>, FileError> {
     let mut cells = Vec::new();
     while let Some(cell) = reader.next_cell().map_err(damaged)? {
         let (row, column) = cell.get_position();
-        let value = match cell.get_value() {
-            DataRef::Empty => None,
-            DataRef::SharedString(text) => start(text).map(DataRef::SharedString),
-            DataRef::String(text) => start(text).map(|text| DataRef::String(text.to_owned())),
-            other => Some(other.clone()),
-        };
-        if let Some(value) = value {
-            budget.take(sheet, 1, size_of::<Cell>() as u64)?;
+        if let Some(value) = kept(cell.get_value().clone().into()) {
+            let text_bytes = if let Data::String(text) = &value { text.len() } else { 0 };
+            budget.take(sheet, 1, (size_of::<Cell>() + text_bytes) as u64)?;
             cells.push(Cell { row, column, value });
         }
     }
-    // If a sheet holds a cell twice, the last one counts.
     cells.reverse();
     cells.sort_by_key(|cell| (cell.row, cell.column));
     cells.dedup_by_key(|cell| (cell.row, cell.column));
     Ok(cells)
 }
 
-/// Returns the start of a cell's text, at most [`TEXT_LIMIT_BYTES`] long, or `None` if the text is blank.
-fn start(text: &str) -> Option<&str> {
+/// Returns the value of a cell without blanks around it, and a text up to a length that a name or a number can have; `None` if
+/// nothing is left.
+fn kept(value: Data) -> Option<Data> {
+    let Data::String(text) = value else {
+        return Some(value).filter(|value| *value != Data::Empty);
+    };
     let text = text.trim();
     let text = &text[..text.floor_char_boundary(TEXT_LIMIT_BYTES)];
-    (!text.is_empty()).then_some(text)
+    (!text.is_empty()).then(|| Data::String(text.to_owned()))
 }
 
 fn damaged(error: impl Display) -> FileError {
@@ -179,7 +164,7 @@ fn damaged(error: impl Display) -> FileError {
 }
 
 fn is_text(cell: &Cell) -> bool {
-    matches!(cell.value, DataRef::String(_) | DataRef::SharedString(_))
+    matches!(cell.value, Data::String(_))
 }
 
 /// Returns true if a row holds samples, that is more values than texts.
@@ -197,20 +182,20 @@ fn is_row(row: &[Cell]) -> bool {
     n_values > n_texts
 }
 
-fn number(value: &DataRef) -> Option<f64> {
+fn number(value: &Data) -> Option<f64> {
     match value {
-        DataRef::Int(value) => Some(*value as f64),
-        DataRef::Float(value) => Some(*value),
-        DataRef::Bool(value) => Some(f64::from(*value)),
-        DataRef::String(_) | DataRef::SharedString(_) => text(value).parse().ok(),
+        Data::Int(value) => Some(*value as f64),
+        Data::Float(value) => Some(*value),
+        Data::Bool(value) => Some(f64::from(*value)),
+        Data::String(_) => text(value).parse().ok(),
         _ => None,
     }
 }
 
 /// Returns the time in a cell (s): since 1970 for a date, else a time of day or a duration; `None` for another cell.
-fn time(value: &DataRef) -> Option<f64> {
+fn time(value: &Data) -> Option<f64> {
     match value {
-        DataRef::DateTime(when) => {
+        Data::DateTime(when) => {
             let days = when.as_f64();
             // A value below a year is a time of day or a duration and has no date.
             let is_day = days >= 366.0 && !when.is_duration();
@@ -218,7 +203,7 @@ fn time(value: &DataRef) -> Option<f64> {
             // Dates in workbooks are accurate to 0.1 ms, so other digits are rounded.
             Some((days * DAY_SECS * 1e4).round() / 1e4)
         }
-        DataRef::DateTimeIso(_) | DataRef::String(_) | DataRef::SharedString(_) => {
+        Data::DateTimeIso(_) | Data::String(_) => {
             let text = text(value);
             TimeForm::of_all([text.as_bytes()].into_iter())?.secs(text.as_bytes())
         }
@@ -226,21 +211,18 @@ fn time(value: &DataRef) -> Option<f64> {
     }
 }
 
-fn text<'a>(value: &'a DataRef) -> Cow<'a, str> {
+fn text(value: &Data) -> Cow<'_, str> {
     match value {
-        DataRef::String(text) | DataRef::DateTimeIso(text) | DataRef::DurationIso(text) => {
+        Data::String(text) | Data::DateTimeIso(text) | Data::DurationIso(text) => {
             text.trim().into()
         }
-        DataRef::SharedString(text) => text.trim().into(),
-        DataRef::Empty => "".into(),
-        other => Data::from(other.clone()).to_string().into(),
+        Data::Empty => "".into(),
+        other => other.to_string().into(),
     }
 }
 
 /// Returns the row with column names and the row with units above a table, if there are any.
-fn header_and_units<'a, 'b>(
-    above: &[&'a [Cell<'b>]],
-) -> (Option<&'a [Cell<'b>]>, Option<&'a [Cell<'b>]>) {
+fn header_and_units<'a>(above: &[&'a [Cell]]) -> (Option<&'a [Cell]>, Option<&'a [Cell]>) {
     let mut above = above.iter().copied().rev();
     let nearest = above.next().filter(|row| row.iter().any(is_text));
     let is_units = |row: &[Cell]| {
@@ -277,7 +259,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     };
     let samples = &rows[first..];
     // Filled cells of each column below the header, with the index of their row.
-    let mut cells_of: BTreeMap<u32, Vec<(usize, &DataRef)>> = BTreeMap::new();
+    let mut cells_of: BTreeMap<u32, Vec<(usize, &Data)>> = BTreeMap::new();
     for cell in header.into_iter().flatten() {
         cells_of.insert(cell.column, Vec::new());
     }
@@ -295,7 +277,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
             (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
             (_, name) => name,
         };
-        let count = |of: fn(&DataRef) -> Option<f64>| {
+        let count = |of: fn(&Data) -> Option<f64>| {
             cells.iter().filter(|(_, value)| of(value).is_some()).count()
         };
         let (n_numbers, n_times) = (count(number), count(time));

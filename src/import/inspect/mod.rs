@@ -51,7 +51,7 @@ pub enum Known {
 }
 
 /// Description of a file, a column map for the file, and the result of reading the file with this map.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Inspection {
     /// Description of the file.
     pub table: TableReport,
@@ -68,7 +68,7 @@ pub struct Inspection {
 }
 
 /// Description of one file.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct TableReport {
     /// Path of the file.
     pub path: PathBuf,
@@ -107,7 +107,7 @@ impl fmt::Display for TableReport {
 }
 
 /// Result of reading a file, or the start of a large file, with a column map.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub struct Check {
     /// True if only the start of the file was read.
     pub is_sample: bool,
@@ -131,7 +131,7 @@ pub struct Check {
 }
 
 /// Recording that would be loaded.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub struct RecordingReport {
     pub name: String,

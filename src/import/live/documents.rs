@@ -9,7 +9,7 @@ const MOST_LINES: usize = 10_000;
 
 /// Lines of the message that arrives, and the names of the gauges.
 #[derive(Debug)]
-pub(super) struct Messages {
+pub struct Messages {
     lines: Vec<String>,
     gauges: Vec<String>,
 }

@@ -25,7 +25,7 @@ pub struct GrowingFile {
     lines: ArrivingLines,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 pub enum Grown {
     Line(String),
     Nothing,

@@ -3,12 +3,14 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use super::super::device_rows::{
-    DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
-    without_stamp,
+use super::{
+    super::device_rows::{
+        DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
+        without_stamp,
+    },
+    LiveSource, LiveTable, RowForm,
+    documents::Messages,
 };
-use super::documents::Messages;
-use super::{LiveSource, LiveTable, RowForm};
 use crate::{
     formats::{
         column_name::ColumnName,
@@ -61,7 +63,7 @@ pub struct LiveHead {
 
 /// Header of a table, and the line with the units below it.
 #[derive(Debug)]
-pub(super) struct TableHeader {
+pub struct TableHeader {
     line: String,
     pub names: Vec<String>,
     units: Option<String>,
@@ -129,7 +131,7 @@ impl TableHeader {
 }
 
 /// Returns true if the cell of a header names this channel, with or without a unit.
-pub(super) fn is_named(cell: &str, channel: &str) -> bool {
+pub fn is_named(cell: &str, channel: &str) -> bool {
     cell == channel || cell.contains(channel) && ColumnName::parse(cell).name == channel
 }
 

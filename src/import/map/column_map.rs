@@ -80,7 +80,7 @@ pub struct Join {
 }
 
 /// Choice of the reference value at a time between two reference samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JoinMethod {
     /// Linear interpolation between the two samples.
@@ -109,10 +109,10 @@ impl ColumnMap {
     }
 }
 
-pub(super) const FORMAT: &str = "loopscope column map";
-pub(super) const VERSION: u32 = 2;
+pub const FORMAT: &str = "loopscope column map";
+pub const VERSION: u32 = 2;
 /// Version in which columns that a map does not list are ignored. Later versions propose their roles.
-pub(super) const FIRST_VERSION: u32 = 1;
+pub const FIRST_VERSION: u32 = 1;
 
 fn format<T, S: Serializer>(_: &T, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(FORMAT)

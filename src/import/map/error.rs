@@ -102,13 +102,13 @@ impl Advice for MapFileError {
 /// Requirement on a number in a column map: its wording for messages, and a function that returns true if a number meets it.
 type Rule = (&'static str, fn(f64) -> bool);
 
-pub(super) const FINITE: Rule = ("finite", f64::is_finite);
-pub(super) const POSITIVE: Rule = ("greater than 0", |x| x > 0.0 && x.is_finite());
-pub(super) const NOT_NEGATIVE: Rule = ("0 or more", |x| x >= 0.0);
+pub const FINITE: Rule = ("finite", f64::is_finite);
+pub const POSITIVE: Rule = ("greater than 0", |x| x > 0.0 && x.is_finite());
+pub const NOT_NEGATIVE: Rule = ("0 or more", |x| x >= 0.0);
 
 /// Returns an error if a number of a column map does not meet a requirement. `what` names the number in the message. `None`
 /// meets every requirement.
-pub(super) fn must(
+pub fn must(
     what: impl Into<String>,
     value: impl Into<Option<f64>>,
     (must, holds): Rule,

@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Names of the columns of a file, in the order of the file. The list is empty for a file without a header.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Header<'a> {
     names: Vec<&'a str>,
     /// For each name, the indices of the columns that have it.
@@ -21,7 +21,7 @@ pub struct Header<'a> {
 }
 
 /// Reason why the columns that a column map lists cannot be found in a file. Columns are counted from 1.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum KeyError {
     #[error(
         "the column map needs a column named {}, but the columns of this file are {}; use another column map, or none",

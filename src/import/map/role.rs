@@ -8,7 +8,7 @@ use strum::VariantArray as _;
 use crate::recording::Axis;
 
 /// Role of a column of a file, as a column map gives it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(into = "&'static str", try_from = "String")]
 pub enum ColumnRole {
     /// Column that is not used.
@@ -41,7 +41,7 @@ pub enum ColumnRole {
 }
 
 /// One number of a pose: part of the sensor's position in the world, or of its orientation (sensor to world).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[derive(Clone, Copy, Debug, PartialEq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(prefix = "pose_", serialize_all = "snake_case")]
 pub enum PosePart {
     X,
@@ -182,7 +182,7 @@ impl TryFrom<String> for ColumnRole {
 }
 
 /// Representation of the sensor's orientation by numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Attitude {
     Quaternion,
     RollPitchYaw,

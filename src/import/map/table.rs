@@ -29,7 +29,7 @@ pub struct TableMap {
 }
 
 /// Role of the columns that a map does not list.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rest {
     /// They are ignored.
@@ -40,7 +40,7 @@ pub enum Rest {
 }
 
 /// Treatment of time stamps that are out of order, or that several rows share.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stamps {
     /// Time stamps stay as they are.
@@ -74,7 +74,7 @@ impl Stamps {
 }
 
 /// Number and names of the columns, which all files for one column map have in common.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shape {
     /// Number of columns.
@@ -132,7 +132,7 @@ impl ColumnRule {
     }
 }
 
-pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+pub fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
 
@@ -147,7 +147,7 @@ fn is_one(value: &f64) -> bool {
 
 /// Number of a column, counted from 1, or name of a column. [`Header`](crate::import::map::Header) finds the column in a
 /// file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 #[expect(missing_docs, reason = "the names are the documentation")]
 pub enum ColumnKey {

@@ -62,7 +62,7 @@ pub struct Mount {
 }
 
 /// Order and axes of the rotations by roll, pitch and yaw.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Angles {
     /// First roll about the fixed x axis of the world, then pitch about its y axis, then yaw about its z axis, as in ROS:
@@ -124,7 +124,7 @@ impl WeightMap {
         Ok(())
     }
 
-    pub(super) fn check(&self, table: &TableMap) -> Result<(), MapError> {
+    pub fn check(&self, table: &TableMap) -> Result<(), MapError> {
         if Attitude::of_table(table)?.is_none() {
             return Err(MapError::WeightWithoutPose);
         }

@@ -1,8 +1,10 @@
 //! Applies a column map to a file: finds the columns that the map lists, and returns an error if the map does not fit the
 //! file.
 
-use super::super::named_column::NamedColumn;
-use super::parts::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use};
+use super::{
+    super::named_column::NamedColumn,
+    parts::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use},
+};
 use crate::{
     formats::text::{
         Head,
@@ -21,7 +23,7 @@ use crate::{
 /// Known units of a quantity: a function that returns the factor from a unit to SI, and the names of the units for messages.
 type Quantity = (fn(&str) -> Option<f64>, &'static str);
 
-pub(super) struct Making<'a> {
+pub struct Making<'a> {
     pub table: &'a TableMap,
     pub head: &'a Head,
     pub side: Side,

@@ -21,8 +21,8 @@ pub(super) use parts::{
 };
 
 /// Use of each column of a file. Lists of columns have the order of the columns in the file.
-#[derive(Clone, Debug)]
-pub(super) struct Plan {
+#[derive(Debug)]
+pub struct Plan {
     /// Number of the line with the header, or with the first row of a table without header.
     pub line: u64,
     pub text: TextLayout,

@@ -7,15 +7,15 @@ use crate::{
 };
 
 /// Maximum number of gauges. No known force/torque sensor has more, and with this number least squares are still fast.
-pub(crate) const GAUGE_LIMIT: usize = 64;
+pub const GAUGE_LIMIT: usize = 64;
 /// Maximum number of auxiliary channels. More channels would give too many features, because each channel may be multiplied
 /// by each gauge.
-pub(crate) const AUXILIARY_LIMIT: usize = 8;
+pub const AUXILIARY_LIMIT: usize = 8;
 /// Maximum number of channels that are only shown.
-pub(crate) const CHANNEL_LIMIT: usize = 64;
+pub const CHANNEL_LIMIT: usize = 64;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Use {
+pub enum Use {
     Ignored,
     /// Number that is the time of the row, or a part of the time.
     Time,
@@ -96,8 +96,8 @@ impl Use {
 }
 
 /// Choice of the columns that are read from a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Side {
     /// Gauges and reference load, which have the same clock.
     Both,
     Gauges,
@@ -113,11 +113,11 @@ impl Side {
         if map.has_two_clocks() { Self::Gauges } else { Self::Both }
     }
 
-    pub(super) fn has_gauges(self) -> bool {
+    pub fn has_gauges(self) -> bool {
         matches!(self, Self::Both | Self::Gauges)
     }
 
-    pub(super) fn reads(self, role: ColumnRole) -> bool {
+    pub fn reads(self, role: ColumnRole) -> bool {
         use ColumnRole::{
             Auxiliary, Channel, Date, Gauge, Group, Ignore, Load, Mount, Pose, Status, Time,
             TimeFraction, TimeReference,
@@ -131,14 +131,14 @@ impl Side {
         }
     }
 
-    pub(super) fn time_role(self) -> ColumnRole {
+    pub fn time_role(self) -> ColumnRole {
         if self == Self::SecondClock { ColumnRole::TimeReference } else { ColumnRole::Time }
     }
 }
 
 /// Conversion of the times in a file to seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TimeScale {
+pub enum TimeScale {
     PerSecond(f64),
     ByValues,
 }
@@ -146,7 +146,7 @@ pub(crate) enum TimeScale {
 /// Plan for the numbers of the sensor's pose in each row. Their order is: orientation, position, mount (the weight that hangs
 /// from the sensor).
 #[derive(Clone, Debug)]
-pub(crate) struct PosePlan {
+pub struct PosePlan {
     pub attitude: Attitude,
     /// Index of the first of the three numbers of the position. `None` if the position is unknown.
     pub position: Option<usize>,

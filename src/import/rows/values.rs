@@ -6,7 +6,7 @@ use crate::import::warning::Trouble;
 /// Returns the number in the next cell of the row, in SI units. If a comma in the cell was read as a decimal point, stores
 /// the cell in `comma`.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
-pub(super) fn next_value<'a>(
+pub fn next_value<'a>(
     row: &mut impl Row<'a>,
     usage: Use,
     index: usize,
@@ -42,7 +42,7 @@ fn other_value<'a>(
 
 /// Returns the number in a cell, and true if a comma was read as a decimal point. Otherwise returns the reason why there is
 /// no number.
-pub(super) fn value_of(
+pub fn value_of(
     cell: Cell<'_>,
     usage: Use,
     index: usize,

@@ -17,7 +17,7 @@ const MOST_RECORDINGS: usize = 400;
 const RIDGE: f64 = 1e-4;
 
 /// Error budgets of a fit.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct ErrorBudget {
     /// Axes of the budgets' `axes`.
     pub axes: Vec<Axis>,

@@ -36,7 +36,7 @@ const LAGS: [f64; 2] = [0.1, 0.4];
 const MEAN: f64 = 0.1;
 
 /// What removes a cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
     /// Fit with these features.
@@ -54,7 +54,7 @@ pub enum Action {
 }
 
 /// Remedy for a cause.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Remedy {
     /// Cause that it removes; `None` for the unexplained error.
     pub cause: Option<Cause>,
@@ -178,9 +178,10 @@ pub fn remedies(
     };
     let thinned = (search.step > 1).then(|| data.thinned(search.step));
     let thin = thinned.as_ref().unwrap_or(&data);
-    let before = match causes.iter().any(|(_, part)| *part >= LEAST) {
-        true => search.errors(thin, &search.settings)?,
-        false => None,
+    let before = if causes.iter().any(|(_, part)| *part >= LEAST) {
+        search.errors(thin, &search.settings)?
+    } else {
+        None
     };
     let mut found: Vec<Remedy> = Vec::new();
     for (cause, _) in causes.iter().filter(|(_, part)| *part >= LEAST) {

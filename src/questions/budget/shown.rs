@@ -9,7 +9,7 @@ use crate::{
 };
 
 /// Row of the table.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq)]
 pub enum Row {
     Total,
     Cause(Cause),

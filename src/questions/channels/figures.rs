@@ -3,7 +3,10 @@
 //! Guarantees: values that are not finite are left out. Uncertainties are half widths of 95 % intervals. They hold for noise
 //! whose neighbouring samples are alike, as long as distant samples are independent.
 
-use crate::{calibration::t_beyond, min_max::MinMax, recording::median::white_noise};
+use crate::{
+    calibration::t_beyond, min_max::MinMax, recording::median::white_noise,
+    scoring::straight_lines::Line,
+};
 
 /// Probability with which an estimate lies above, and below, its 95 % interval.
 const BEYOND: f64 = 0.025;
@@ -24,7 +27,7 @@ pub struct Estimate {
 }
 
 /// Noise and drift of one channel, in the unit of the channel.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct ChannelFigures {
     /// Number of samples with a finite value, at least one.
     pub n_samples: usize,
@@ -68,17 +71,15 @@ impl ChannelFigures {
         range.ends()?;
         let n_samples = values.len();
         let mean = mean(&values);
-        let line = Line::of(times.iter().copied().zip(values.iter().copied()));
+        let points: Vec<(f64, f64)> = times.iter().copied().zip(values.iter().copied()).collect();
+        let line = Line::best_fit(&points);
         let is_enough = n_samples > 2;
         Some(Self {
             n_samples,
             mean,
             peak_to_peak: range.span(),
-            rms: line.filter(|_| is_enough).map(|line| {
-                let off = |(time, value): (&f64, &f64)| (value - line.at(*time)).powi(2);
-                let squares: f64 = times.iter().zip(&values).map(off).sum();
-                (squares / (n_samples - 2) as f64).sqrt()
-            }),
+            rms: (line.filter(|_| is_enough))
+                .map(|line| (line.squares(&points) / (n_samples - 2) as f64).sqrt()),
             white_noise: is_enough.then(|| white_noise(&values)),
             slope: slope(&times, &values),
             change: change(&values, &kept, signal.loads),
@@ -90,34 +91,6 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Straight line through points by least squares.
-#[derive(Clone, Copy)]
-struct Line {
-    middle: [f64; 2],
-    slope: f64,
-    /// Sum of the squared distances of the times from their mean.
-    spread: f64,
-}
-
-impl Line {
-    /// Returns the line through these points; `None` if all have the same time.
-    fn of(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Self> {
-        let n = points.clone().count() as f64;
-        let sum = points.clone().fold([0.0; 2], |sum, (x, y)| [sum[0] + x, sum[1] + y]);
-        let middle = sum.map(|sum| sum / n);
-        let (mut spread, mut product) = (0.0, 0.0);
-        for (x, y) in points {
-            spread += (x - middle[0]).powi(2);
-            product += (x - middle[0]) * (y - middle[1]);
-        }
-        (spread > 0.0).then(|| Self { middle, slope: product / spread, spread })
-    }
-
-    fn at(&self, time: f64) -> f64 {
-        self.middle[1] + self.slope * (time - self.middle[0])
-    }
-}
-
 /// Returns the slope of the line through the means of successive blocks. The scatter of these means gives the uncertainty,
 /// because the noise of neighbouring samples is often alike.
 fn slope(times: &[f64], values: &[f64]) -> Option<Estimate> {
@@ -126,8 +99,8 @@ fn slope(times: &[f64], values: &[f64]) -> Option<Estimate> {
     let means: Vec<(f64, f64)> = (times.chunks(each).zip(values.chunks(each)))
         .map(|(times, values)| (mean(times), mean(values)))
         .collect();
-    let line = Line::of(means.iter().copied())?;
-    let squares: f64 = means.iter().map(|(time, mean)| (mean - line.at(*time)).powi(2)).sum();
+    let line = Line::best_fit(&means)?;
+    let squares = line.squares(&means);
     let uncertainty = (means.len() > 2).then(|| {
         let freedom = (means.len() - 2) as f64;
         t_beyond(freedom, BEYOND) * (squares / freedom / line.spread).sqrt()

@@ -42,7 +42,7 @@ pub struct ChannelQuestion {
 same_where!(ChannelQuestion: shared(recordings) value(at, across, up, frame, pixels) besides());
 
 /// Plot and figures of one channel.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct ChannelPlot {
     /// Labels of the horizontal and the vertical axis.
     pub labels: [String; 2],

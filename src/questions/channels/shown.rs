@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use crate::{
     questions::{
         channels::{figures::Estimate, query::ChannelPlot},
-        loops::{Inks, clouds, thin_opacity},
+        loops::{Inks, figure_of_channels},
     },
     report::{
         Cell, Column, Table,
@@ -20,22 +20,7 @@ const MARGIN: f64 = 0.05;
 impl ChannelPlot {
     /// Returns the plot of the channel over the other channel. Falling branches of a loop are fainter than rising ones.
     pub fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'_> {
-        let frame = frame.unwrap_or(self.whole);
-        let opacity = 1.25 * thin_opacity(std::iter::once(&self.drawn));
-        let branches = [(true, opacity), (false, 0.6 * opacity)].map(|(rising, opacity)| {
-            let strokes = self.drawn.strokes.iter().filter(|stroke| stroke.rising == rising);
-            let pieces = strokes.map(|stroke| &stroke.points[..]);
-            Line { opacity, width: 1.1, ..Line::new("", inks.gauge, pieces) }
-        });
-        let [across, up] = &self.labels;
-        Figure {
-            title: format!("{up} against {across}"),
-            across: Scale::new(across, frame.loads),
-            up: Scale::new(up, frame.outputs),
-            clouds: clouds(&self.drawn, inks.gauge, inks.text),
-            lines: branches.into(),
-            ..Figure::default()
-        }
+        figure_of_channels(&self.drawn, &self.labels, frame.unwrap_or(self.whole), inks)
     }
 
     /// Returns true if there are enough samples for a spectrum.

@@ -12,7 +12,7 @@ use crate::{
     scoring::{numbers::significant, rig::RigReport},
 };
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Sufficiency {
     /// Verdict on the recordings: the gravest severity in `findings`.
     pub verdict: Verdict,
@@ -40,7 +40,7 @@ pub struct Sufficiency {
     pub holds_for: String,
 }
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct AxisReach {
     pub axis: Axis,
     /// Smallest training load (N, N·m).
@@ -96,14 +96,11 @@ impl Sufficiency {
     }
 
     pub fn rank_in_words(&self) -> String {
-        let rank =
-            format!("Rank {} of the matrix with {} features", self.rank, self.count.coefficients);
-        let rank = match self.rank < self.count.coefficients {
-            true => {
-                format!("{rank}: the remaining features follow from the others or never change")
-            }
-            false => rank,
-        };
+        let n = self.count.coefficients;
+        let mut rank = format!("Rank {} of the matrix with {n} features", self.rank);
+        if self.rank < n {
+            rank += ": the remaining features follow from the others or never change";
+        }
         match self.condition.filter(|_| self.rank > 1) {
             Some(condition) => format!("{rank}, condition number {}.", significant(condition, 3)),
             None => format!("{rank}."),

@@ -24,7 +24,7 @@ const SAME: f64 = 500.0;
 const REACHED: f64 = 0.8;
 /// Ratio of the largest loads in the two directions of an axis, the smaller divided by the larger, up to which the axis
 /// counts as loaded in one direction only.
-pub(super) const ONE_WAY: f64 = 0.1;
+pub const ONE_WAY: f64 = 0.1;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 

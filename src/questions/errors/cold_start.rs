@@ -29,7 +29,7 @@ const HALVINGS: i32 = 6;
 ///
 /// # Errors
 /// [`AnalysisError`] if the calibration cannot be applied.
-pub(crate) fn worse_at_start(
+pub fn worse_at_start(
     data: &Dataset,
     calibration: &Calibration,
 ) -> Result<Option<Finding>, AnalysisError> {

@@ -34,7 +34,7 @@ pub fn read_factory(
 }
 
 #[derive(Debug)]
-pub(crate) struct Factory {
+pub struct Factory {
     /// Loads of each recording by the factory calibration before the offset, `n × n_axes` row-major with its axes.
     loads: Vec<Vec<f64>>,
     axes: Vec<Axis>,

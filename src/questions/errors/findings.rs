@@ -29,7 +29,7 @@ use crate::{
 
 /// Maximum range of the load on an axis for which the load counts as constant. It is a share of the full range (twice the
 /// full scale) of the axis, or of the largest range among the axes with the same unit if that is larger.
-pub(crate) const STANDS_STILL: f64 = 0.02;
+pub const STANDS_STILL: f64 = 0.02;
 
 use Verdict::{Doubtful, Enough, Insufficient};
 
@@ -53,11 +53,7 @@ pub fn findings(
         .collect())
 }
 
-pub(crate) fn findings_of_fit(
-    data: &Dataset,
-    calibration: &Calibration,
-    fitted: bool,
-) -> Vec<Finding> {
+pub fn findings_of_fit(data: &Dataset, calibration: &Calibration, fitted: bool) -> Vec<Finding> {
     let mut found = Vec::new();
     if in_role(&data.entries, Role::Test).is_empty() {
         found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));

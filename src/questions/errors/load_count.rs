@@ -19,7 +19,7 @@ const FEW_CASES: f64 = 2.0;
 /// Largest expected ratio of errors that is shown. A larger ratio tells no more than that there are too few loads.
 const TIMES: f64 = 100.0;
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct LoadCount {
     /// Number of different loads. If features use earlier gauge values, number of changes of the load.
     pub load_cases: usize,

@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// Result of fitting or applying a calibration.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Analysis {
     /// Fitted or applied calibration. The `quality` of an applied calibration is measured on the loaded recordings.
     pub calibration: Arc<Calibration>,

@@ -12,7 +12,7 @@ use crate::{
     scoring::series::Values,
 };
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Segment {
     /// Index of the recording in the recording set.
     pub recording: usize,
@@ -25,7 +25,7 @@ pub struct Segment {
 
 /// Row-major table with one row per sample of a recording: its reference loads, or loads that a calibration computed.
 #[derive(Clone, Debug)]
-pub(crate) enum Table {
+pub enum Table {
     Reference(Arc<Recording>),
     Loads(Arc<Vec<f64>>),
 }
@@ -41,7 +41,7 @@ impl Table {
 
 /// Load of one axis in the recordings on screen, which follow one another.
 #[derive(Debug)]
-pub(crate) struct Columns {
+pub struct Columns {
     pub segments: Arc<[Segment]>,
     /// For each segment (recording on screen): the table, the position of the column in it, and the table's number of
     /// columns.
@@ -99,7 +99,7 @@ type Block = Arc<[f64]>;
 /// Loads of recordings with more samples than fit in memory. The newest blocks of loads are kept; other blocks are computed
 /// when they are read.
 #[derive(Debug)]
-pub(crate) struct Made {
+pub struct Made {
     segments: Arc<[Segment]>,
     recordings: Vec<Arc<Recording>>,
     calibration: Calibration,
@@ -110,7 +110,7 @@ pub(crate) struct Made {
 }
 
 #[derive(Debug)]
-pub(crate) struct MadeAxis {
+pub struct MadeAxis {
     pub made: Arc<Made>,
     pub axis: usize,
 }

@@ -75,9 +75,8 @@ impl AxisTraces {
     }
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct TraceSet {
-    pub view: View,
     /// Recordings on screen, in their order on the time axis.
     pub segments: Arc<[Segment]>,
     /// Time of each sample on the time axis (s). The first recording starts at zero. Each further recording starts one time step
@@ -185,8 +184,8 @@ impl TraceSet {
 
 /// Part of the traces that does not depend on the look-back thresholds.
 #[derive(Debug)]
-pub(crate) struct FixedTraces {
-    pub(crate) view: View,
+pub struct FixedTraces {
+    pub view: View,
     is_static: bool,
     segments: Arc<[Segment]>,
     times: Arc<Vec<f64>>,
@@ -214,7 +213,7 @@ fn difference(
 }
 
 impl FixedTraces {
-    pub(crate) fn new(
+    pub fn new(
         view: View,
         data: &Dataset,
         calibration: &Calibration,
@@ -272,7 +271,7 @@ impl FixedTraces {
     }
 
     /// Adds the traces that depend on the earlier samples of the look-backs, such as the compensated load.
-    pub(crate) fn with_past(
+    pub fn with_past(
         &self,
         data: &Dataset,
         calibration: &Calibration,
@@ -328,7 +327,7 @@ impl FixedTraces {
 
     /// Adds the traces of a preview, computed from every `each`-th sample of each recording. Each value is held until the
     /// next computed value.
-    pub(crate) fn preview(
+    pub fn preview(
         &self,
         thinned: &Dataset,
         calibration: &Calibration,
@@ -359,7 +358,7 @@ impl FixedTraces {
 
     /// Returns the traces of a preview before the first analysis, computed from every `each`-th sample of each recording.
     /// `entries` contains all samples.
-    pub(crate) fn held(
+    pub fn held(
         view: View,
         entries: &[Entry],
         thinned: &Dataset,
@@ -426,7 +425,6 @@ impl FixedTraces {
         });
         let thresholds = calibration.features.look_backs.first().copied();
         TraceSet {
-            view: self.view,
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
             is_static: self.is_static,

@@ -83,17 +83,17 @@ impl Measured<'_> {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 enum Bound {
     Percent(f64),
     Load(f64),
 }
 
 /// All limits of a file: limited figure, axis, and maximum. `None` in place of the axis stands for all axes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Limits(Vec<(Limited, Option<Axis>, Bound)>);
 
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Checked {
     pub figure: Limited,
     pub axis: Axis,

@@ -77,7 +77,7 @@ fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
     entries.map(|entry| &*entry.recording)
 }
 
-pub(crate) fn handed_over_with(
+pub fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
     recordings: &RecordingSet,
@@ -96,7 +96,7 @@ pub(crate) fn handed_over_with(
     Ok(calibration)
 }
 
-pub(crate) fn expected_error_of_fit(
+pub fn expected_error_of_fit(
     data: &Dataset,
     calibration: &Calibration,
     past: &[Past],
@@ -117,7 +117,7 @@ pub(crate) fn expected_error_of_fit(
     expected_from(&data.entries, &axes, data.groups.by, left_out, tested)
 }
 
-pub(crate) fn groups_left_out(data: &Dataset) -> Result<(), NoCrossValidation> {
+pub fn groups_left_out(data: &Dataset) -> Result<(), NoCrossValidation> {
     match data.cross_validation() {
         by if by.is_by_block() => Err(NoCrossValidation::FewGroups {
             found: data.training_groups().len(),
@@ -159,7 +159,7 @@ fn left_out_errors(
 }
 
 /// Returns n so that every n-th sample of the chosen recordings makes at most [`KEPT`] samples.
-pub(crate) fn step_of(data: &Dataset, is_chosen: impl Fn(&Entry) -> bool) -> usize {
+pub fn step_of(data: &Dataset, is_chosen: impl Fn(&Entry) -> bool) -> usize {
     let chosen = data.entries.iter().filter(|entry| is_chosen(entry));
     let n: usize = chosen.map(|entry| entry.recording.n_samples()).sum();
     n.div_ceil(KEPT).max(1)

@@ -21,15 +21,15 @@ const WIDENED_SHARE: f64 = 0.956;
 const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// Minimum number of left-out groups for an expected error. Without them, the same number of test recordings is enough.
-pub(crate) const MIN_GROUPS: usize = 3;
+pub const MIN_GROUPS: usize = 3;
 
 /// Minimum number of load cases of a table with an expected error. Of fewer cases, even the largest error is exceeded by more
 /// than 5 % of further errors on average (conformal prediction).
-pub(crate) const MIN_CASES: usize = 20;
+pub const MIN_CASES: usize = 20;
 
 /// Minimum load range that gives an axis an expected error, as a share of the largest load range among the axes with the same
 /// unit.
-pub(crate) const STANDS_STILL: f64 = 0.02;
+pub const STANDS_STILL: f64 = 0.02;
 
 /// Minimum load from which an axis counts as loaded in a sample, as a share of the axis' largest load.
 const LOADED: f64 = 0.1;
@@ -39,7 +39,7 @@ const LOADED: f64 = 0.1;
 const COMBINED: f64 = 0.05;
 
 /// Sums over the held-out errors of one group of recordings, one for each axis.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 struct GroupSums {
     n: f64,
     errors: Vec<f64>,
@@ -47,7 +47,7 @@ struct GroupSums {
 }
 
 /// Held-out errors, from which the expected error is computed.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default)]
 pub struct HeldOutErrors {
     /// Number of held-out samples, which may be larger than the number of stored errors.
     pub n_samples: u64,
@@ -231,13 +231,13 @@ fn n_cases(entries: &[Entry], axes: &[(Axis, f64)]) -> Option<usize> {
     })
 }
 
-pub(crate) fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
+pub fn used(entries: &[Entry]) -> impl Iterator<Item = &Recording> {
     let used = entries.iter().filter(|entry| entry.role != Role::Off);
     used.map(|entry| &*entry.recording)
 }
 
 /// Returns a sentence that lists the conditions that the recordings do not cover.
-pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
+pub fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedBy) -> String {
     let mut missing = vec!["loads beyond the range of the recorded loads".to_owned()];
     if n_axes > 1 && is_one_axis_at_a_time(entries, n_axes) {
         missing.push("combined loads (the recordings load one axis at a time)".to_owned());
@@ -261,7 +261,7 @@ pub(crate) fn not_covered(entries: &[Entry], n_axes: usize, grouped_by: GroupedB
 }
 
 /// Returns true if only few of the samples with a load have more than one loaded axis.
-pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
+pub fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
     let largest: Vec<f64> =
         load_ranges(used(entries), n_axes).into_iter().map(MinMax::magnitude).collect();
     let (mut loaded, mut combined) = (0_u64, 0_u64);
@@ -278,7 +278,7 @@ pub(crate) fn is_one_axis_at_a_time(entries: &[Entry], n_axes: usize) -> bool {
 
 /// Returns true if there are several recordings and all repeat one load programme: equal loads at equal shares of their
 /// duration.
-pub(crate) fn is_one_programme(recordings: &[&Recording]) -> bool {
+pub fn is_one_programme(recordings: &[&Recording]) -> bool {
     match recordings {
         [first, others @ ..] => {
             !others.is_empty() && others.iter().all(|other| other.repeats(first))

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// A cross-plot, ready to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct CrossPlot {
     /// Request that the plot answers.
     pub question: CrossQuestion,
@@ -28,7 +28,7 @@ pub struct CrossPlot {
     pub drawn: Drawn,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &Source,
     parts: &[Part],
     question: &CrossQuestion,

@@ -16,7 +16,7 @@ use crate::{
 const FIT_POINTS: usize = 200;
 
 /// List of all dwells, and the drift in one dwell, ready to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct DwellPlot {
     pub question: DwellQuestion,
     pub hold_secs: f64,
@@ -26,14 +26,14 @@ pub struct DwellPlot {
     pub curve: Result<DwellCurve, Reason>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct DwellCurve {
     /// Visible range that shows all points: time since the start of the dwell (s), and error.
     pub whole: Frame,
     pub outputs: [DwellOutput; 2],
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct DwellOutput {
     /// Measured points `[seconds, error]`.
     pub points: Vec<[f64; 2]>,
@@ -43,7 +43,7 @@ pub struct DwellOutput {
     pub fit: Vec<[f64; 2]>,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &Source,
     question: &DwellQuestion,
     measuring: &MetrologySettings,

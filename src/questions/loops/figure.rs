@@ -29,27 +29,27 @@ const ARROW_SHARE: usize = 10;
 /// Margin around the points in a plot of loop widths, as a share of the range of the plotted widths and rates.
 const WIDTH_MARGIN: f64 = 0.06;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum FiguresOf {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FiguresOf {
     #[default]
     Mean,
     Largest,
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Inks {
-    pub(crate) conventional: [u8; 3],
-    pub(crate) compensated: [u8; 3],
+pub struct Inks {
+    pub conventional: [u8; 3],
+    pub compensated: [u8; 3],
     /// Colour of lines that show a gauge or a cross-plot.
-    pub(crate) gauge: [u8; 3],
+    pub gauge: [u8; 3],
     /// Colour of text. Where falling branches are drawn as a density, this colour is mixed with the colour of the load.
-    pub(crate) text: [u8; 3],
-    pub(crate) guide: [u8; 3],
+    pub text: [u8; 3],
+    pub guide: [u8; 3],
 }
 
 impl Inks {
     /// Colours for figures on a light background.
-    pub(crate) const PRINT: Self = Self {
+    pub const PRINT: Self = Self {
         conventional: color::CONVENTIONAL,
         compensated: color::COMPENSATED,
         gauge: color::LOOK_BACK,
@@ -66,19 +66,19 @@ impl Inks {
     }
 }
 
-#[derive(Clone, Debug)]
-pub(crate) struct LoopView<'a> {
-    pub(crate) plot: &'a LoopPlot,
+#[derive(Debug)]
+pub struct LoopView<'a> {
+    pub plot: &'a LoopPlot,
     /// Name and unit of the gauge on the vertical axis; empty if the axis shows a load.
-    pub(crate) gauge: (&'a str, &'a str),
-    pub(crate) figures_of: FiguresOf,
-    pub(crate) shown: Vec<&'a LoopCurve>,
+    pub gauge: (&'a str, &'a str),
+    pub figures_of: FiguresOf,
+    pub shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
     /// Returns a view that shows all curves of the plot. If there is no mean loop, its figures (such as the width) describe
     /// the largest cycle instead of the loop `asked`.
-    pub(crate) fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
+    pub fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
         Self {
             plot,
@@ -88,19 +88,19 @@ impl<'a> LoopView<'a> {
         }
     }
 
-    pub(crate) fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
+    pub fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
         match self.figures_of {
             FiguresOf::Mean => curve.mean.as_ref(),
             FiguresOf::Largest => curve.largest.as_ref(),
         }
     }
 
-    pub(crate) fn found(&self) -> Vec<(Option<Trace>, &'a LoopFigures)> {
+    pub fn found(&self) -> Vec<(Option<Trace>, &'a LoopFigures)> {
         let found = self.shown.iter();
         found.filter_map(|curve| Some((curve.output, self.figures(curve).ok()?))).collect()
     }
 
-    pub(crate) fn unit(&self) -> &'a str {
+    pub fn unit(&self) -> &'a str {
         match self.plot.question.up {
             Up::Gauge(_) => self.gauge.1,
             Up::Load | Up::Error => self.plot.question.axis.unit(),
@@ -117,7 +117,7 @@ impl<'a> LoopView<'a> {
         [axis.label_of(Trace::Calculated.label()), up]
     }
 
-    pub(crate) fn title(&self) -> String {
+    pub fn title(&self) -> String {
         let [across, up] = self.labels();
         format!("{up} against {across}")
     }
@@ -151,19 +151,14 @@ impl<'a> LoopView<'a> {
 
     /// Returns the plot: all branches as thin lines, and the loop whose width is stated as a thick line with arrows. The
     /// falling branch of the thick line is dashed.
-    pub(crate) fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
+    pub fn figure(&self, inks: &Inks, frame: Option<Frame>) -> Figure<'a> {
         let frame = frame.unwrap_or(self.plot.whole);
         let opacity = thin_opacity(self.shown.iter().map(|curve| &curve.drawn));
         let one_to_one = (self.plot.question.up == Up::Load)
             .then(|| Line::one_to_one(frame.loads, frame.outputs, inks.guide))
             .flatten();
         let branches = self.shown.iter().flat_map(|curve| {
-            [(true, opacity), (false, 0.5 * opacity)].map(|(rising, opacity)| {
-                let strokes = curve.drawn.strokes.iter();
-                let strokes = strokes.filter(|stroke| stroke.rising == rising);
-                let pieces = strokes.map(|stroke| &stroke.points[..]);
-                Line { opacity, width: 1.0, ..Line::new("", inks.of(curve.output), pieces) }
-            })
+            branch_lines(&curve.drawn, inks.of(curve.output), 1.0, [opacity, 0.5 * opacity])
         });
         let found = self.found();
         let loops = found.iter().flat_map(|(output, figures)| {
@@ -198,7 +193,7 @@ impl<'a> LoopView<'a> {
 
     /// Returns a plot of the mean loop width of full cycles against load rate. Returns `None` if the rates are too similar to
     /// distinguish lag from hysteresis.
-    pub(crate) fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
+    pub fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
         let spread = |curve: &&LoopCurve| {
             let ends = curve.by_rate.first().zip(curve.by_rate.last());
             ends.is_some_and(|(slow, fast)| fast[0] >= RATES_APART * slow[0])
@@ -218,7 +213,7 @@ impl<'a> LoopView<'a> {
         ))
     }
 
-    pub(crate) fn widths(&self, inks: &Inks) -> Figure<'a> {
+    pub fn widths(&self, inks: &Inks) -> Figure<'a> {
         let [across, _] = self.labels();
         let lines = self
             .found()
@@ -261,27 +256,43 @@ impl CrossPlot {
             }
             _ => None,
         };
-        let pieces = self.drawn.strokes.iter().map(|stroke| &stroke.points[..]);
-        let line = Line {
-            opacity: 1.25 * thin_opacity(std::iter::once(&self.drawn)),
-            width: 1.1,
-            ..Line::new("", inks.gauge, pieces)
-        };
-        let [across, up] = labels;
-        Figure {
-            title: format!("{up} against {across}"),
-            across: Scale::new(across, frame.loads),
-            up: Scale::new(up, frame.outputs),
-            clouds: clouds(&self.drawn, inks.gauge, inks.text),
-            lines: one_to_one.into_iter().chain([line]).collect(),
-            ..Figure::default()
-        }
+        let figure = figure_of_channels(&self.drawn, &labels, frame, inks);
+        Figure { lines: one_to_one.into_iter().chain(figure.lines).collect(), ..figure }
+    }
+}
+
+/// Returns the strokes of the rising and of the falling branches.
+fn branch_lines(drawn: &Drawn, color: [u8; 3], width: f32, opacity: [f32; 2]) -> [Line<'_>; 2] {
+    [true, false].map(|rising| {
+        let strokes = drawn.strokes.iter().filter(|stroke| stroke.rising == rising);
+        let pieces = strokes.map(|stroke| &stroke.points[..]);
+        Line { opacity: opacity[usize::from(!rising)], width, ..Line::new("", color, pieces) }
+    })
+}
+
+/// Returns the figure of one channel against another. Falling branches are paler.
+pub fn figure_of_channels<'a>(
+    drawn: &'a Drawn,
+    [across, up]: &[String; 2],
+    frame: Frame,
+    inks: &Inks,
+) -> Figure<'a> {
+    let opacity = 1.25 * thin_opacity(std::iter::once(drawn));
+    let mut lines = branch_lines(drawn, inks.gauge, 1.1, [opacity, 0.6 * opacity]).to_vec();
+    lines.retain(|line| !line.pieces.is_empty());
+    Figure {
+        title: format!("{up} against {across}"),
+        across: Scale::new(across, frame.loads),
+        up: Scale::new(up, frame.outputs),
+        clouds: clouds(drawn, inks.gauge, inks.text),
+        lines,
+        ..Figure::default()
     }
 }
 
 /// Returns density maps of the branches that have too many points for lines. Rising branches have the colour `rising`, falling
 /// branches a colour between `rising` and `ink`.
-pub(crate) fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
+fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
     let clouds = drawn.clouds.iter();
     clouds
         .map(|cloud| Cloud {
@@ -315,7 +326,7 @@ fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
 }
 
 /// Returns the opacity of the thin lines of branches. More points give fainter lines, so that thick lines stand out.
-pub(crate) fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
+fn thin_opacity<'a>(drawn: impl Iterator<Item = &'a Drawn>) -> f32 {
     let points = drawn.map(|drawing| drawing.strokes.iter().map(|one| one.points.len()).sum());
     let most: usize = points.max().unwrap_or(0);
     (0.6 * (1000.0 / most.max(1) as f32).sqrt()).clamp(0.2, 0.6)

@@ -19,7 +19,7 @@ mod source;
 pub use crate::questions::dataset::applied::OutputLag;
 pub use cross::CrossPlot;
 pub(crate) use dwell::{DwellCurve, DwellPlot};
-pub(crate) use figure::{FiguresOf, Inks, LoopView, clouds, thin_opacity};
+pub(crate) use figure::{FiguresOf, Inks, LoopView, figure_of_channels};
 pub(crate) use frame::frame_around;
 pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn};
 pub use query::{Look, look};

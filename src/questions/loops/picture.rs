@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Loops of one axis, ready to be drawn.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct LoopPlot {
     pub question: LoopQuestion,
     /// Reversal threshold: the smallest change of load that counts as a reversal, in the unit of the axis.
@@ -45,7 +45,7 @@ pub struct LoopPlot {
     pub lag: OutputLag,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct LoopCurve {
     /// Load that the curve shows: uncompensated or compensated; `None` for a gauge.
     pub output: Option<Trace>,
@@ -56,7 +56,7 @@ pub struct LoopCurve {
     pub by_rate: Vec<[f64; 2]>,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct LoopFigures {
     /// Rising and falling branch as points `[load, output]`.
     pub branches: [Vec<[f64; 2]>; 2],
@@ -84,7 +84,7 @@ impl LoopFigures {
         })
     }
 
-    pub(crate) fn mean_width(&self) -> f64 {
+    pub fn mean_width(&self) -> f64 {
         self.measures[1]
     }
 }
@@ -103,7 +103,7 @@ struct Curve {
     values: Columns,
 }
 
-pub(crate) fn picture(
+pub fn picture(
     source: &mut Source,
     mut parts: Vec<Part>,
     question: &LoopQuestion,
@@ -264,21 +264,21 @@ fn shape(cycle: &Cycle, loads: &Columns, outputs: &Columns) -> Loop {
     Loop::of(cycle, &loads[cycle.recording], |k| outputs[cycle.recording][k])
 }
 
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Drawn {
     pub strokes: Vec<Stroke>,
     /// Density maps of the branches that have too many points for lines.
     pub clouds: Vec<Cloud>,
 }
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Cloud {
     pub rising: bool,
     pub density: Arc<Density>,
 }
 
 /// Draws the rising and the falling branches of all recordings separately. A load without reversal counts as rising.
-pub(crate) fn drawn(
+pub fn drawn(
     loads: &[Vec<f64>],
     outputs: &[Vec<f64>],
     branches: &[Vec<Branch>],

@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Plot or table that a [`Question`] requests.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub enum Look {
     /// Loops of one axis.
     Loops(LoopPlot),

@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Quantity on the vertical axis of a loop plot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
     /// Uncompensated and compensated load.
     Load,
@@ -44,7 +44,7 @@ pub struct LoopQuestion {
 }
 
 /// Quantity with a value at every sample, which a cross-plot can show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Channel {
     /// Time on the recording's own clock (s).
     Time,
@@ -117,7 +117,7 @@ pub struct LookRequest {
     pub question: Question,
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the error text of each variant says what its fields are")]
 pub enum LookError {
     #[error("no samples to plot; choose a recording, or show a longer interval in Traces")]
@@ -152,7 +152,7 @@ impl From<LookError> for Unanswered {
 }
 
 /// Choice of the samples to plot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Span {
     /// Samples that the trace panes show at present.
     #[default]
@@ -166,14 +166,14 @@ pub enum Span {
 }
 
 /// Returns the position of an axis in the calibration, and the full scale of the axis.
-pub(crate) fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
+pub fn column_of(calibration: &Calibration, axis: Axis) -> Result<(usize, f64), LookError> {
     let at = calibration.axes.iter().position(|known| *known == axis);
     let at = at.ok_or(Reason::NoReference { axis })?;
     Ok((at, calibration.full_scale[at]))
 }
 
 /// Choice of the recordings that the metrology table covers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TableOf {
     /// Test recordings.
     Test,

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Returns a sentence about the time lag of the uncompensated load, and its effect on the width of the loop.
-pub(crate) fn lag_in_words(found: &OutputLag) -> String {
+pub fn lag_in_words(found: &OutputLag) -> String {
     let lag = match &found.lag {
         Ok(lag) => lag,
         Err(reason) => return format!("Time lag of the uncompensated load unknown: {reason}."),
@@ -49,7 +49,7 @@ enum Line {
 
 /// Returns a table of the largest width, mean width, area and dissipated work of each loop, in units and in percent. For two
 /// loops, a column holds the change from the first to the second.
-pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
+pub fn loop_figures(view: &LoopView<'_>) -> Table {
     let (loops, plot, unit) = (view.found(), view.plot, view.unit());
     let (axis, scale) = (plot.question.axis, plot.output_scale);
     let is_gauge = matches!(plot.question.up, Up::Gauge(_));
@@ -131,7 +131,7 @@ pub(crate) fn loop_figures(view: &LoopView<'_>) -> Table {
 
 /// Returns a table of the exponential that is fitted to each output's error over one dwell. A cell is a dash if the dwell has
 /// no duration.
-pub(crate) fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
+pub fn drifts(axis: Axis, curve: &DwellCurve) -> Table {
     let drifts = Trace::OUTPUTS.into_iter().zip(curve.outputs.iter().map(|output| &output.drift));
     let reasons = drifts.clone().filter_map(|(trace, drift)| {
         let reason = drift.as_ref()?.tau_secs().err()?;

@@ -19,14 +19,14 @@ use crate::{
 };
 
 /// Part of one recording: its index, and a range of its samples.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Part {
-    pub(crate) recording: usize,
-    pub(crate) samples: Range<usize>,
+    pub recording: usize,
+    pub samples: Range<usize>,
 }
 
 /// Recordings of the analysis, with the loads that one request uses.
-pub(crate) struct Source {
+pub struct Source {
     set: Arc<RecordingSet>,
     applied: Arc<Applied>,
     used: UsedLoads,

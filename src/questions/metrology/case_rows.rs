@@ -4,16 +4,16 @@ use crate::{
     min_max::MinMax,
     questions::metrology::{
         figures::{Figure, Value},
-        loop_rows::{FEWEST_LOADS, Line},
+        loop_rows::FEWEST_LOADS,
         measured::AxisView,
         quantity::Quantity,
         reason::Reason,
     },
     recording::load_cases,
-    scoring::{metrics::root_mean, quantile::quantile},
+    scoring::{metrics::root_mean, quantile::quantile, straight_lines::Line},
 };
 
-pub(crate) fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+pub fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     [
         (Quantity::BestFitNonlinearity, nonlinearity(view, output)),
         (Quantity::Repeatability, repeatability(view, output)),
@@ -82,7 +82,7 @@ fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
 /// Share of the samples whose absolute error must not exceed the figure "95 % error".
 const COVERED: f64 = 0.95;
 
-pub(crate) fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+pub fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
     let errors = view.runs.iter().flat_map(|run| {
         let errors = run.errors(output, 0..run.loads.len()).enumerate();
         errors.map(move |(k, error)| (error.abs(), run, k))

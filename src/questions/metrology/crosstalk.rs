@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::{
     questions::metrology::{
-        figures::{Figure, OUTPUTS, Result, Value},
+        figures::{Figure, Found, OUTPUTS, Value},
         measured::{Columns, Measured},
         quantity::Quantity,
         reason::Reason,
@@ -19,9 +19,9 @@ const FEWEST_SAMPLES: usize = 10;
 const PRESENT: f64 = 0.1;
 /// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load. `None` if the load does
 /// not change enough for a slope.
-pub(crate) type Response = [Vec<Option<f64>>; OUTPUTS];
+pub type Response = [Vec<Option<f64>>; OUTPUTS];
 
-pub(crate) fn responses(measured: &Measured<'_>) -> Vec<Result<Response>> {
+pub fn responses(measured: &Measured<'_>) -> Vec<Found<Response>> {
     let axes = (0..measured.axes.len()).into_par_iter();
     axes.map(|loaded| response(measured, loaded)).collect()
 }
@@ -45,7 +45,7 @@ fn samples<'a>(
     Some((loads, found))
 }
 
-fn response(measured: &Measured<'_>, loaded: usize) -> Result<Response> {
+fn response(measured: &Measured<'_>, loaded: usize) -> Found<Response> {
     let (axis, n_axes, settings) = (measured.axes[loaded], measured.axes.len(), measured.settings);
     let full_scale = measured.full_scale[loaded];
     if n_axes == 1 {
@@ -104,9 +104,9 @@ fn means(points: &[(f64, f64)]) -> (f64, f64) {
     (sums.0 / n, sums.1 / n)
 }
 
-pub(crate) fn crosstalk_figures(
+pub fn crosstalk_figures(
     measured: &Measured<'_>,
-    responses: &[Result<Response>],
+    responses: &[Found<Response>],
     axis: usize,
     output: usize,
 ) -> Vec<(Quantity, Figure)> {

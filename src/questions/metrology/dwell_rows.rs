@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     questions::metrology::{
-        figures::{Figure, Place, Result, Run, Value},
+        figures::{Figure, Found, Place, Run, Value},
         measured::{AxisRun, AxisView, Columns, Measured},
         quantity::Quantity,
         reason::Reason,
@@ -15,7 +15,7 @@ use crate::{
 
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
 
-pub(crate) fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+pub fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
     let drift = |(run, hold): Dwelling<'_>| {
         let errors: Vec<f64> = run.errors(output, hold.samples.clone()).collect();
         let drift = Drift::of(&run.times()[hold.samples.clone()], &errors);
@@ -64,7 +64,7 @@ fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
 }
 
 /// Returns the longest dwell during which the axis is loaded.
-fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
+fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Found<Dwelling<'a>> {
     let least = view.loaded_from()?;
     let holds = view.runs.iter().flat_map(|run| {
         let holds = view.measured.holds[run.index].iter();
@@ -79,7 +79,7 @@ fn loaded_hold<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
 }
 
 /// Returns the longest dwell at zero load that follows a load on the axis.
-fn recovery<'a>(view: &'a AxisView<'a>) -> Result<Dwelling<'a>> {
+fn recovery<'a>(view: &'a AxisView<'a>) -> Found<Dwelling<'a>> {
     let least = view.loaded_from()?;
     check_zero(view)?;
     let after_a_load = view.runs.iter().flat_map(|run| {
@@ -101,7 +101,7 @@ fn dwells_at_zero<'a>(view: &AxisView<'a>, run: &AxisRun<'_>) -> Vec<&'a Hold> {
     holds.filter(|hold| measured.is_at_zero(run.index, hold)).collect()
 }
 
-fn check_zero(view: &AxisView<'_>) -> Result<()> {
+fn check_zero(view: &AxisView<'_>) -> Found<()> {
     let settings = view.measured.settings;
     if view.runs.iter().all(|run| dwells_at_zero(view, run).is_empty()) {
         return Err(Reason::NoZero { share: settings.zero_share, secs: settings.hold_secs });
@@ -141,7 +141,7 @@ fn end(run: &AxisRun<'_>, hold: &Hold, secs: f64) -> Range<usize> {
 }
 
 /// A dwell of the load. [`Drift::of`](crate::scoring::holds::Drift::of) fits the drift of an output in a dwell.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Dwell {
     pub place: Place,
     /// Mean reference load of the axis in the dwell; `None` if the recording has no reference for the axis.
@@ -155,11 +155,11 @@ pub struct Dwell {
 ///
 /// # Errors
 /// See [`table_by`](crate::questions::metrology::table_by).
-pub(crate) fn dwells(
+pub fn dwells(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
     axis: usize,
-) -> std::result::Result<Vec<Dwell>, MetrologyError> {
+) -> Result<Vec<Dwell>, MetrologyError> {
     let measured = Measured::of(runs, rules)?;
     let of_runs = measured.holds.iter().enumerate().flat_map(|(index, holds)| {
         let (measured, Columns { run, loads }) = (&measured, &measured.runs[index]);

@@ -91,7 +91,7 @@ impl<'a> Run<'a> {
 }
 
 /// Number of outputs of the sensor that are compared: the uncompensated, then the compensated load.
-pub(crate) const OUTPUTS: usize = 2;
+pub const OUTPUTS: usize = 2;
 
 /// Interval of a recording from which a figure is computed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -146,10 +146,10 @@ pub struct Basis {
 }
 
 /// A metrology figure, or the reason why there is none.
-pub type Figure = std::result::Result<Value, Reason>;
+pub type Figure = Result<Value, Reason>;
 
 /// Table cell with the figures of one quantity and one axis.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Cell {
     /// Axis of the cell.
     pub axis: Axis,
@@ -164,7 +164,7 @@ pub struct Cell {
 }
 
 /// One row of the table of metrology figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Row {
     /// Quantity that the row shows, such as hysteresis.
     #[serde(skip)]
@@ -177,7 +177,7 @@ pub struct Row {
 }
 
 /// Table of metrology figures.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Metrology {
     /// Axes in the order of the cells of each row.
     pub axes: Vec<Axis>,
@@ -224,29 +224,19 @@ impl Metrology {
     }
 }
 
-pub(crate) type Result<T> = std::result::Result<T, Reason>;
+pub type Found<T> = Result<T, Reason>;
 
 /// Serialises `value`, `percent_fs`, `uncertainty`, `place`, `basis` and `reason` of a figure. Missing fields are null.
-pub(crate) fn figure<S: Serializer>(
-    figure: &Figure,
-    serializer: S,
-) -> std::result::Result<S::Ok, S::Error> {
+pub fn figure<S: Serializer>(figure: &Figure, serializer: S) -> Result<S::Ok, S::Error> {
     #[derive(Serialize)]
     struct Written<'a> {
-        value: Option<f64>,
-        percent_fs: Option<f64>,
-        uncertainty: Option<f64>,
-        place: Option<&'a Place>,
-        basis: Option<Basis>,
+        #[serde(flatten)]
+        value: &'a Value,
         reason: Option<String>,
     }
-    let value = figure.as_ref().ok();
+    let none = Value::everywhere(f64::NAN); // JSON has null for a number that is not finite
     Written {
-        value: value.map(|value| value.value),
-        percent_fs: value.and_then(|value| value.percent_fs),
-        uncertainty: value.and_then(|value| value.uncertainty),
-        place: value.and_then(|value| value.place.as_ref()),
-        basis: value.and_then(|value| value.basis),
+        value: figure.as_ref().unwrap_or(&none),
         reason: figure.as_ref().err().map(Reason::to_string),
     }
     .serialize(serializer)

@@ -3,7 +3,7 @@
 use crate::{
     min_max::MinMax,
     questions::metrology::{
-        figures::{Figure, Result, Value},
+        figures::{Figure, Found, Value},
         measured::AxisView,
         quantity::Quantity,
         reason::Reason,
@@ -20,7 +20,7 @@ const PARTS: usize = 10;
 /// Offset, load, temperature, and their product.
 const TERMS: usize = 4;
 
-pub(crate) fn noise_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+pub fn noise_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     let dwells = view.runs.iter().flat_map(|run| {
         let holds = view.measured.holds[run.index].iter();
         holds.map(move |hold| (run, hold))
@@ -86,7 +86,7 @@ impl Sums {
     }
 }
 
-pub(crate) fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+pub fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
     let effects = temperature_effects(view, output);
     [(Quantity::TemperatureZero, 0), (Quantity::TemperatureSpan, 1)].map(|(quantity, at)| {
         let figure = effects.as_ref().map_err(Clone::clone).map(|(values, errors)| Value {
@@ -98,7 +98,7 @@ pub(crate) fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quant
 }
 
 /// Returns the change of the error at zero and at full load by a change of the temperature, and both standard uncertainties.
-fn temperature_effects(view: &AxisView<'_>, output: usize) -> Result<([f64; 2], [f64; 2])> {
+fn temperature_effects(view: &AxisView<'_>, output: usize) -> Found<([f64; 2], [f64; 2])> {
     let (axis, full_scale) = (view.axis, view.full_scale);
     let none = Reason::NoTemperature { axis, least: LEAST };
     let runs: Vec<(_, Vec<f64>)> = (view.runs.iter())

@@ -3,7 +3,7 @@
 use crate::{
     min_max::MinMax,
     questions::metrology::{
-        figures::{Basis, Figure, Place, Result, Value},
+        figures::{Basis, Figure, Found, Place, Value},
         measured::{AxisRun, AxisView, Lags},
         quantity::Quantity,
         reason::Reason,
@@ -15,11 +15,12 @@ use crate::{
         loops::{
             Branch, Curve, Cycle, FULL_SHARE, Loop, Loops, TooFew, branches, common_loads, quiet,
         },
+        straight_lines::Line,
     },
 };
 
 /// Minimum number of different loads on a branch, for a line that shows nonlinearity.
-pub(crate) const FEWEST_LOADS: usize = 3;
+pub const FEWEST_LOADS: usize = 3;
 /// Largest difference at which cycles count as repeated: between their reversals, as a share of the largest cycle's span, and
 /// between the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
@@ -28,18 +29,18 @@ const NOISE: f64 = 0.05;
 /// Minimum number of branches of repeated cycles: two cycles with two branches each.
 const FEWEST_REPEATS: usize = 4;
 
-pub(crate) struct LoopRows<'a> {
+pub struct LoopRows<'a> {
     view: &'a AxisView<'a>,
     cycles: Cycles,
 }
 
 impl<'a> LoopRows<'a> {
-    pub(crate) fn of(view: &'a AxisView<'a>) -> Self {
+    pub fn of(view: &'a AxisView<'a>) -> Self {
         let loads = view.runs.iter().map(|run| run.loads);
         Self { view, cycles: Cycles::of(view.axis, loads, view.reversal_threshold) }
     }
 
-    pub(crate) fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
+    pub fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
         let largest = self.cycles.largest.as_ref().map(std::slice::from_ref);
         let mean = self.cycles.mean.as_deref().map_err(Clone::clone);
         let width = Loop::largest_width;
@@ -57,7 +58,7 @@ impl<'a> LoopRows<'a> {
     }
 
     /// Returns the span of the largest cycle as a share of the load range; `None` without a cycle.
-    pub(crate) fn share_of_range(&self) -> Option<f64> {
+    pub fn share_of_range(&self) -> Option<f64> {
         let cycle = self.cycles.largest.as_ref().ok()?;
         Some(cycle.loads().share_of(self.cycles.range))
     }
@@ -77,7 +78,7 @@ impl<'a> LoopRows<'a> {
     }
 
     /// Returns the cycles that are averaged: those of the mean loop, or without a mean loop the largest cycle.
-    fn averaged(&self) -> Result<&[Cycle]> {
+    fn averaged(&self) -> Found<&[Cycle]> {
         let largest = self.cycles.largest.as_ref().map_err(Clone::clone)?;
         Ok(self.cycles.mean.as_ref().map_or(std::slice::from_ref(largest), |cycles| cycles))
     }
@@ -90,7 +91,7 @@ impl<'a> LoopRows<'a> {
     }
 
     /// Returns the mean loop of cycles.
-    fn mean_loop(&self, cycles: &[Cycle], output: usize) -> Result<Loop> {
+    fn mean_loop(&self, cycles: &[Cycle], output: usize) -> Found<Loop> {
         let loops = cycles.iter().map(|cycle| {
             let run = &self.view.runs[cycle.recording];
             Loop::of(cycle, run.loads, |k| run.outputs[output][k])
@@ -99,14 +100,14 @@ impl<'a> LoopRows<'a> {
         Loop::mean(&loops.collect::<Vec<_>>()).ok_or(Reason::Overflow { axis })
     }
 
-    fn of_loop(&self, cycles: Result<&[Cycle]>, output: usize, size: fn(&Loop) -> f64) -> Figure {
+    fn of_loop(&self, cycles: Found<&[Cycle]>, output: usize, size: fn(&Loop) -> f64) -> Figure {
         let cycles = cycles?;
         let found = Value::at(size(&self.mean_loop(cycles, output)?), self.place(cycles));
         Ok(self.basis(found, cycles.len(), common_loads(cycles)))
     }
 
     /// Returns the mean of these branches, which have one direction.
-    fn path(&self, branches: &[(usize, &Branch)], output: usize) -> Result<Path> {
+    fn path(&self, branches: &[(usize, &Branch)], output: usize) -> Found<Path> {
         let curves: Vec<(Curve, Option<f64>)> = (branches.iter())
             .map(|(recording, branch)| self.curve(&self.view.runs[*recording], branch, output))
             .collect();
@@ -138,7 +139,7 @@ impl<'a> LoopRows<'a> {
 
     /// Returns the rising branches of the averaged cycles, with the indices of their recordings. Without a cycle, the widest
     /// rising branch is used.
-    fn rising(&self) -> Result<Vec<(usize, &Branch)>> {
+    fn rising(&self) -> Found<Vec<(usize, &Branch)>> {
         match self.averaged() {
             Ok(cycles) => {
                 Ok(cycles.iter().map(|cycle| (cycle.recording, cycle.rising())).collect())
@@ -344,52 +345,14 @@ fn carried(load: f64, (x0, y0): (f64, f64), (x1, y1): (f64, f64)) -> (f64, f64) 
     (load, y0 + (y1 - y0) * (load - x0) / (x1 - x0))
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
-    load: f64,
-    output: f64,
-    slope: f64,
-}
-
-impl Line {
-    fn through_ends(points: &[(f64, f64)]) -> Option<Self> {
-        let [(x0, y0), .., (x1, y1)] = *points else { return None };
-        Some(Self { load: x0, output: y0, slope: (y1 - y0) / (x1 - x0) })
-    }
-
-    pub(crate) fn best_fit(points: &[(f64, f64)]) -> Option<Self> {
-        let n = points.len() as f64;
-        let load = points.iter().map(|(x, _)| x).sum::<f64>() / n;
-        let output = points.iter().map(|(_, y)| y).sum::<f64>() / n;
-        let xx: f64 = points.iter().map(|(x, _)| (x - load).powi(2)).sum();
-        let xy: f64 = points.iter().map(|(x, y)| (x - load) * (y - output)).sum();
-        (xx > 0.0).then(|| Self { load, output, slope: xy / xx })
-    }
-
-    pub(crate) fn largest_deviation<'b>(
-        &self,
-        points: impl Iterator<Item = &'b (f64, f64)>,
-    ) -> f64 {
-        points.map(|point| self.deviation(point).abs()).fold(0.0, f64::max)
-    }
-
-    fn at(&self, load: f64) -> f64 {
-        self.output + self.slope * (load - self.load)
-    }
-
-    fn deviation(&self, (load, output): &(f64, f64)) -> f64 {
-        output - self.at(*load)
-    }
-}
-
 #[derive(Debug)]
-pub(crate) struct Cycles {
+pub struct Cycles {
     /// Minimum and maximum load of the axis in all recordings.
     pub range: MinMax,
     pub loops: Loops,
-    pub largest: Result<Cycle>,
+    pub largest: Found<Cycle>,
     /// Cycles that are averaged to the mean loop.
-    pub mean: Result<Vec<Cycle>>,
+    pub mean: Found<Vec<Cycle>>,
 }
 
 impl Cycles {
@@ -427,7 +390,7 @@ type Rows = [(Quantity, Figure); 2];
 
 /// Returns two rows of one output (uncompensated or compensated load): its time lag, and its hysteresis without the lag. Also
 /// returns the share of the loop's mean width that the lag explains. `place` is the position of the axis.
-pub(crate) fn lag_figures(
+pub fn lag_figures(
     view: &AxisView<'_>,
     lags: &Lags,
     place: usize,

@@ -30,10 +30,10 @@ pub type Lags = [Vec<Result<Lag, NoLag>>; OUTPUTS];
 
 /// A recording with its loads, and its reference load as one column for each axis.
 #[derive(Debug)]
-pub(crate) struct Columns<'a> {
-    pub(crate) run: Run<'a>,
+pub struct Columns<'a> {
+    pub run: Run<'a>,
     /// Reference load of each axis of the table; `None` if the recording has no reference for the axis.
-    pub(crate) loads: Vec<Option<Vec<f64>>>,
+    pub loads: Vec<Option<Vec<f64>>>,
 }
 
 impl<'a> Columns<'a> {
@@ -79,22 +79,22 @@ pub fn lags_of(runs: &[Run<'_>], axes: &[Axis], progress: &Progress) -> Result<L
 }
 
 #[derive(Debug)]
-pub(crate) struct Measured<'a> {
-    pub(crate) axes: &'a [Axis],
-    pub(crate) full_scale: &'a [f64],
-    pub(crate) settings: &'a MetrologySettings,
-    pub(crate) runs: Vec<Columns<'a>>,
-    pub(crate) reversal_thresholds: Vec<f64>,
+pub struct Measured<'a> {
+    pub axes: &'a [Axis],
+    pub full_scale: &'a [f64],
+    pub settings: &'a MetrologySettings,
+    pub runs: Vec<Columns<'a>>,
+    pub reversal_thresholds: Vec<f64>,
     /// Dwells of each recording, in which the loads of all axes with a reference are still.
-    pub(crate) holds: Vec<Vec<Hold>>,
+    pub holds: Vec<Vec<Hold>>,
     /// Dwells of any duration of each recording, such as the steps of a staircase.
-    pub(crate) steps: Vec<Vec<Hold>>,
+    pub steps: Vec<Vec<Hold>>,
     /// Largest movement of each axis in a dwell, in its unit.
-    pub(crate) still: Vec<f64>,
+    pub still: Vec<f64>,
 }
 
 impl<'a> Measured<'a> {
-    pub(crate) fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
+    pub fn of(runs: &[Run<'a>], rules: &Rules<'a>) -> Result<Self, MetrologyError> {
         let Rules { axes, full_scale, settings, .. } = *rules;
         settings.validate(axes.len())?;
         check_per_axis("full scale", full_scale, axes.len())?;
@@ -120,13 +120,13 @@ impl<'a> Measured<'a> {
     }
 
     /// Returns the recordings with times and a reference for every axis, on which the time lag of an output is measured.
-    pub(crate) fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
+    pub fn lag_runs(&self, output: usize) -> Vec<LagRun<'_>> {
         let runs = self.runs.iter();
         runs.filter_map(|columns| columns.run.lag_run(self.axes, output)).collect()
     }
 
     /// Returns true if the load of every axis of the recording that has a reference is near zero in this dwell.
-    pub(crate) fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
+    pub fn is_at_zero(&self, run: usize, hold: &Hold) -> bool {
         let known = self.runs[run].loads.iter().zip(self.full_scale);
         let full_scales =
             known.filter_map(|(loads, full_scale)| loads.as_ref().map(|_| full_scale));
@@ -138,7 +138,7 @@ impl<'a> Measured<'a> {
     ///
     /// # Errors
     /// [`Reason`] if no recording has a reference for the axis, or if a number is not finite or too large.
-    pub(crate) fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
+    pub fn axis(&self, at: usize) -> Result<AxisView<'_>, Reason> {
         let axis = self.axes[at];
         let runs: Vec<AxisRun<'_>> = (self.runs.iter().enumerate())
             .filter_map(|(index, columns)| {
@@ -175,7 +175,7 @@ impl<'a> Measured<'a> {
 }
 
 /// Checks that a channel has finite numbers that are small enough to compute with.
-pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
+pub fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Result<(), Reason> {
     let usable = |value: &f64| value.abs() <= LARGEST;
     match values.iter().position(|value| !usable(value)) {
         None => Ok(()),
@@ -186,30 +186,30 @@ pub(crate) fn check_numbers(axis: Axis, recording: &str, values: &[f64]) -> Resu
 
 /// Samples of one axis, in all recordings with a reference for the axis.
 #[derive(Debug)]
-pub(crate) struct AxisView<'a> {
-    pub(crate) measured: &'a Measured<'a>,
-    pub(crate) axis: Axis,
-    pub(crate) full_scale: f64,
+pub struct AxisView<'a> {
+    pub measured: &'a Measured<'a>,
+    pub axis: Axis,
+    pub full_scale: f64,
     /// Largest movement of the load in a dwell (N or N·m).
-    pub(crate) still: f64,
-    pub(crate) reversal_threshold: f64,
-    pub(crate) runs: Vec<AxisRun<'a>>,
+    pub still: f64,
+    pub reversal_threshold: f64,
+    pub runs: Vec<AxisRun<'a>>,
 }
 
 #[derive(Debug)]
-pub(crate) struct AxisRun<'a> {
-    pub(crate) index: usize,
-    pub(crate) columns: &'a Columns<'a>,
-    pub(crate) loads: &'a [f64],
-    pub(crate) outputs: [Vec<f64>; OUTPUTS],
+pub struct AxisRun<'a> {
+    pub index: usize,
+    pub columns: &'a Columns<'a>,
+    pub loads: &'a [f64],
+    pub outputs: [Vec<f64>; OUTPUTS],
 }
 
 impl AxisRun<'_> {
-    pub(crate) fn times(&self) -> &[f64] {
+    pub fn times(&self) -> &[f64] {
         self.columns.run.times
     }
 
-    pub(crate) fn errors(
+    pub fn errors(
         &self,
         output: usize,
         samples: Range<usize>,
@@ -218,11 +218,11 @@ impl AxisRun<'_> {
         outputs.iter().zip(&self.loads[samples]).map(|(output, load)| output - load)
     }
 
-    pub(crate) fn place(&self, samples: Range<usize>) -> Place {
+    pub fn place(&self, samples: Range<usize>) -> Place {
         self.columns.run.place(self.index, samples)
     }
 
-    pub(crate) fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
+    pub fn reaches(&self, size: f64, samples: Range<usize>) -> bool {
         self.loads[samples].iter().any(|load| load.abs() >= size)
     }
 }
@@ -232,7 +232,7 @@ impl AxisView<'_> {
     ///
     /// # Errors
     /// [`Reason::BelowNoise`] if the noise alone could give this size.
-    pub(crate) fn above_noise(&self, size: f64, noise: f64, place: Option<Place>) -> Figure {
+    pub fn above_noise(&self, size: f64, noise: f64, place: Option<Place>) -> Figure {
         let limit = SIGNIFICANT * noise;
         if size <= limit && limit > LEAST_NOISE * self.full_scale {
             let percent = (self.full_scale > 0.0).then(|| 100.0 * limit / self.full_scale);
@@ -243,7 +243,7 @@ impl AxisView<'_> {
     }
 
     /// Returns the smallest load (N or N·m) at which this axis counts as loaded.
-    pub(crate) fn loaded_from(&self) -> Result<f64, Reason> {
+    pub fn loaded_from(&self) -> Result<f64, Reason> {
         if self.full_scale > 0.0 {
             Ok(self.measured.settings.loaded_share * self.full_scale)
         } else {

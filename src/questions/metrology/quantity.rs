@@ -33,7 +33,7 @@ pub enum Quantity {
     Error95,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Definition {
     /// Short, constant id of the quantity, for programs that read the table.
     pub id: String,

@@ -82,7 +82,7 @@ impl Rules<'_> {
     }
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum MetrologyError {
     #[error("{given} {what}s are given for {axes} axes; give one for each axis, in axis order")]
     Count { what: &'static str, given: usize, axes: usize },
@@ -127,7 +127,7 @@ impl MetrologySettings {
 }
 
 /// Checks that `values` has one number for each axis, and that no number is below zero.
-pub(crate) fn check_per_axis(
+pub fn check_per_axis(
     what: &'static str,
     values: &[f64],
     n_axes: usize,

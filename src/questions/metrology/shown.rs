@@ -207,25 +207,31 @@ pub fn figure_records(metrology: &Metrology) -> Table {
         .words("axis", |(.., cell)| cell.axis.symbol())
         .words("unit", |(.., cell)| cell.unit)
         .column(Column::words("full_scale"), |(at, ..)| number(metrology.full_scale[*at]));
+    type Numbers = [(&'static str, fn(&Value) -> Option<f64>)];
+    let sizes: &Numbers = &[
+        ("", |value| Some(value.value)),
+        ("_percent_fs", |value| value.percent_fs),
+        ("_uncertainty", |value| value.uncertainty),
+    ];
+    let basis: &Numbers = &[
+        ("_cycles", |value| Some(value.basis?.n_cycles as f64)),
+        ("_range_share", |value| Some(value.basis?.range_share)),
+    ];
     let outputs = [("conventional", OUTPUTS[0].1), ("compensated", OUTPUTS[1].1)];
     for (name, output) in outputs {
-        let value = |cell| output(cell).as_ref().ok();
-        let column = |what: &str| format!("{name}{what}");
         rows = rows
-            .column(Column::words(name), |(.., cell)| known(value(cell).map(|value| value.value)))
-            .column(Column::words(column("_percent_fs")), |(.., cell)| {
-                known(value(cell).and_then(|value| value.percent_fs))
-            })
-            .column(Column::words(column("_uncertainty")), |(.., cell)| {
-                known(value(cell).and_then(|value| value.uncertainty))
-            })
-            .words(column("_place"), |(.., cell)| {
-                let place = value(cell).and_then(|value| value.place.as_ref());
+            .columns(
+                sizes,
+                |(what, _)| Column::words(format!("{name}{what}")),
+                |(.., cell), (_, of)| known(output(cell).as_ref().ok().and_then(of)),
+            )
+            .words(format!("{name}_place"), |(.., cell)| {
+                let place = output(cell).as_ref().ok().and_then(|value| value.place.as_ref());
                 place.map_or_else(String::new, |place| {
                     format!("{} {} s to {} s", place.name, place.from_secs, place.to_secs)
                 })
             })
-            .words(column("_reason"), |(.., cell)| {
+            .words(format!("{name}_reason"), |(.., cell)| {
                 output(cell).as_ref().map_or_else(Reason::to_string, |_| String::new())
             });
     }
@@ -236,17 +242,11 @@ pub fn figure_records(metrology: &Metrology) -> Table {
         .words("definition", |(_, about, _)| about.definition)
         .words("source", |(_, about, _)| about.source)
         .words("free_running", |(_, about, _)| about.free_running);
-    type FigureOfBasis = fn(&Basis) -> f64;
-    let of_basis: [(&str, FigureOfBasis); 2] =
-        [("cycles", |basis| basis.n_cycles as f64), ("range_share", |basis| basis.range_share)];
     for (name, output) in outputs {
         rows = rows.columns(
-            of_basis,
-            |(what, _)| Column::words(format!("{name}_{what}")),
-            |(.., cell), (_, of)| {
-                let basis = output(cell).as_ref().ok().and_then(|value| value.basis);
-                known(basis.map(|basis| of(&basis)))
-            },
+            basis,
+            |(what, _)| Column::words(format!("{name}{what}")),
+            |(.., cell), (_, of)| known(output(cell).as_ref().ok().and_then(of)),
         );
     }
     rows.table("", "")

@@ -18,7 +18,7 @@ const HELD: f64 = 0.5;
 
 /// Returns the readings `(load, output)` at the ends of the steps of a branch, and the noise of one reading; `None` if the branch
 /// is no staircase.
-pub(crate) fn readings(
+pub fn readings(
     view: &AxisView<'_>,
     run: &AxisRun<'_>,
     branch: &Branch,

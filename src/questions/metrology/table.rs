@@ -12,7 +12,7 @@ use crate::{
         case_rows::{case_figures, error_figures},
         crosstalk::{Response, crosstalk_figures, responses},
         dwell_rows::dwell_figures,
-        figures::{Cell, Figure, Metrology, OUTPUTS, Result, Row, Run, Value},
+        figures::{Cell, Figure, Found, Metrology, OUTPUTS, Row, Run, Value},
         influence_rows::{noise_figures, temperature_figures},
         loop_rows::{LoopRows, lag_figures},
         measured::{Columns, Lags, Measured},
@@ -39,8 +39,8 @@ const SMALL: f64 = 0.6;
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
-    lags: impl FnOnce() -> std::result::Result<Lags, Cancelled>,
-) -> std::result::Result<Metrology, MetrologyError> {
+    lags: impl FnOnce() -> Result<Lags, Cancelled>,
+) -> Result<Metrology, MetrologyError> {
     let cases = joined_cases(runs);
     let measured = match &cases {
         None => Measured::of(runs, rules)?,
@@ -114,7 +114,7 @@ struct AxisFigures {
 impl AxisFigures {
     fn of(
         measured: &Measured<'_>,
-        responses: &[Result<Response>],
+        responses: &[Found<Response>],
         lags: &Lags,
         axis: usize,
     ) -> Self {

@@ -54,7 +54,7 @@ impl One {
     }
 }
 
-pub(crate) fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> Metrology {
+pub fn table_of(runs: &[Run<'_>], axes: &[Axis], full_scale: &[f64]) -> Metrology {
     table(runs, axes, full_scale, &MetrologySettings::default()).unwrap()
 }
 
@@ -545,7 +545,7 @@ fn uniform(k: usize) -> f64 {
 
 /// Two axes, loaded one after the other. The outputs are the loads plus noise (a share of full scale). Fy also reads Fx
 /// times `slope`, and its square times `square`.
-pub(crate) fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
+pub fn bench(noise: f64, [slope, square]: [f64; 2]) -> Metrology {
     let ramp = path(&[0.0, 10.0, 0.0, -10.0, 0.0], 200);
     let loads = (ramp.iter().map(|x| [*x, 0.0])).chain(ramp.iter().map(|x| [0.0, *x]));
     let reference: Vec<f64> = loads.flatten().collect();

@@ -49,7 +49,7 @@ pub fn cross_validation_cost(settings: &FitSettings) -> f64 {
 }
 
 /// Returns the approximate number of steps that the cross-validation adds to the progress of the fit.
-pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
+pub fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> u64 {
     let training = data.training();
     let steps = match settings.regressor.learner() {
         Some(Learner::Network) => {
@@ -63,7 +63,7 @@ pub(crate) fn cross_validation_steps(data: &Dataset, settings: &FitSettings) -> 
 
 /// Returns, for each axis, the share of the output of a network or kernel that gives the lowest held-out error when it is
 /// added to the linear fit. If there are no parts, the list is empty.
-pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
+pub fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
     let n_axes = parts.first().map_or(0, |part| part.borrow().of_axes.len());
     let share = |axis| {
         let squares = |at: usize, part: usize| parts[part].borrow().squares(axis, SHARES[at]);
@@ -74,7 +74,7 @@ pub(crate) fn best_shares(parts: &[impl Borrow<Moments>]) -> Vec<f64> {
 
 /// Returns, for each part and axis, the share of the output of the network or kernel that is added to the linear fit. If
 /// `has_shares` is true, the share for a part is chosen on the parts that other fits leave out. Otherwise all shares are 1.
-pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
+pub fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> {
     let n = parts.len();
     let of_folds: Vec<Vec<f64>> = (0..n.min(MOST_FITS))
         .map(|fold| {
@@ -91,7 +91,7 @@ pub(crate) fn part_shares(parts: &[Moments], has_shares: bool) -> Vec<Vec<f64>> 
 }
 
 /// Returns the squared errors of the left-out parts, with the shares from [`part_shares`].
-pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
+pub fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
     let squares = parts.iter().zip(part_shares(parts, has_shares)).flat_map(|(part, shares)| {
         let shares = shares.into_iter().enumerate();
         shares.map(|(axis, share)| part.squares(axis, share))
@@ -106,7 +106,7 @@ pub(crate) fn part_squares(parts: &[Moments], has_shares: bool) -> PartSquares {
 /// counts as `steps` steps of `progress`.
 ///
 /// Returns `None` if the work was cancelled, or if the other parts have too few samples for a fit.
-pub(crate) fn cross_validated(
+pub fn cross_validated(
     data: &Dataset,
     calibration: &Calibration,
     settings: &FitSettings,
@@ -249,7 +249,7 @@ const N_THREADS: usize = 2;
 
 /// Calls `job` with each number of `0..n` on two threads, and returns the results in no particular order. After a
 /// cancellation, no further job starts.
-pub(crate) fn side_by_side<T: Send>(
+pub fn side_by_side<T: Send>(
     n: usize,
     progress: &Progress,
     job: impl Fn(usize) -> T + Sync,

@@ -17,7 +17,7 @@ use crate::{
 /// Number of segments of each recording, for recordings without at least two groups.
 const SEGMENTS: usize = 4;
 
-pub(super) struct NestedFolds {
+pub struct NestedFolds {
     pub folds: Vec<Fold>,
     /// All training recordings, cut into groups or segments as in the folds, and the test recordings.
     pub whole: Arc<RecordingSet>,

@@ -72,8 +72,8 @@ impl TrainingStep {
 
 /// Sums over samples of a hybrid model. They give the squared error for any share of the network's or kernel's output that is
 /// added to the linear fit.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Moments {
+#[derive(Clone, Debug)]
+pub struct Moments {
     pub n_samples: u64,
     /// `Σ r²`, `Σ r g` and `Σ g²` of each axis: r is the residual of the linear fit, g the output of the network or kernel.
     pub of_axes: Vec<[f64; 3]>,
@@ -117,7 +117,7 @@ impl Moments {
     }
 }
 
-pub(crate) struct Fitted {
+pub struct Fitted {
     pub past: Vec<Past>,
     /// Fitted calibration. The output of its network or kernel is not multiplied by a share yet.
     pub calibration: Calibration,
@@ -128,7 +128,7 @@ pub(crate) struct Fitted {
 }
 
 /// Fits the training recordings of `data`. A network or a kernel is trained on every `row_step`-th sample.
-pub(crate) fn fit_all(
+pub fn fit_all(
     data: &Dataset,
     settings: &FitSettings,
     row_step: usize,
@@ -188,7 +188,7 @@ pub(crate) fn fit_all(
 
 /// Returns the half width of the uncertainty band around the compensated load for each axis; `None` if the regressor has no
 /// band. See [`Quality::band`](crate::calibration::Quality::band).
-pub(crate) fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
+pub fn band(data: &Dataset, past: &[Past], calibration: &Calibration) -> Option<Vec<f64>> {
     let has = |role| data.entries.iter().any(|entry| entry.role == role);
     let role = if has(Role::Test) { Role::Test } else { Role::Train };
     let mut squares = vec![0.0; calibration.axes.len()];

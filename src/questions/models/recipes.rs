@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// Lists of candidates that a search can try.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default)]
 pub enum Candidates {
     /// Every feature block alone and in pairs, with every regressor.
     #[default]
@@ -30,7 +30,7 @@ pub(super) struct Recipe {
     pub times_longer: usize,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Times {
     /// The times (s) that give the lowest cross-validation error of a linear fit.
     Chosen,

@@ -41,7 +41,7 @@ const LAG_HELPS: f64 = 0.9;
 
 /// Limits of one training, which bound its computing time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
+pub struct Effort {
     /// Maximum number of training samples.
     pub rows: usize,
     pub epochs: usize,
@@ -51,7 +51,7 @@ pub(super) struct Effort {
 }
 
 /// Recordings of one cross-validation fold, and the values chosen on its training recordings.
-pub(super) struct Side {
+pub struct Side {
     recordings: Arc<RecordingSet>,
     settings: FitSettings,
     datasets: Datasets,

@@ -16,7 +16,7 @@ use crate::{
 /// Maximum number of samples on which the computing time per sample is measured.
 const TIMED_STEPS: usize = 2_000;
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Cost {
     pub coefficients: usize,
     /// Memory that an exported calibration needs in single precision (bytes): parameters and state, at the sample rate of the
@@ -46,9 +46,6 @@ pub struct Model {
     pub conventional: Scores,
     pub cost: Cost,
     pub n_train: u64,
-    /// Ridge strength of the linear part of the model, per axis.
-    #[serde(skip)]
-    pub ridge: Vec<f64>,
     /// Time for fitting and scoring the model (s), if known.
     pub seconds: Option<f64>,
     /// Trained calibration; `None` for a linear model, whose fit is quick to repeat.
@@ -73,7 +70,6 @@ impl Model {
             conventional: quality.conventional.clone(),
             cost: cost(calibration, recordings),
             n_train: quality.n_train,
-            ridge: quality.ridge.clone(),
             trained: learns.then(|| Arc::clone(calibration)),
             ..Self::default()
         }
@@ -91,7 +87,7 @@ impl Model {
 
 /// Returns the weight of each axis' squared error: the inverse of the conventional mean squared error. All axes then count
 /// alike.
-pub(crate) fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
+pub fn weights(conventional_rmse: &[f64]) -> Vec<f64> {
     let largest = conventional_rmse.iter().fold(0.0_f64, |a, b| a.max(*b));
     let counts = |rmse: &f64| *rmse > 1e-9 * largest;
     let n = conventional_rmse.iter().filter(|rmse| counts(rmse)).count();
@@ -123,7 +119,7 @@ fn micros_a_sample(calibration: &Calibration, recordings: &RecordingSet) -> Opti
     Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mark {
     None,
     /// Mark of the smallest model that is nearly as accurate as the most accurate one.

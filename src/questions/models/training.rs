@@ -39,7 +39,7 @@ pub fn train(
 /// Fits as [`train`], and also returns the squared errors of the parts that cross-validation leaves out. `scores` is false if
 /// the caller holds out samples itself; the cross-validation is then omitted. A network or a kernel is trained on every
 /// `row_step`-th sample.
-pub(crate) fn fit_and_score(
+pub fn fit_and_score(
     request: &Request,
     scores: bool,
     row_step: usize,

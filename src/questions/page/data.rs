@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// Contents of a report, made by [`report`](super::report).
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct ReportData {
     /// Time when the report was made.
     pub made: SystemTime,
@@ -53,7 +53,7 @@ pub struct ReportData {
 }
 
 /// A recording in a report.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct ReportRecording {
     /// Name, role and file of the recording.
     pub used: UsedRecording,
@@ -63,13 +63,13 @@ pub struct ReportRecording {
     pub result: RecordingResult,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct ReportCurves {
     pub plots: Vec<Figure<'static>>,
     pub about: String,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct ReportErrors {
     pub recording: String,
     pub chosen: &'static str,

@@ -2,9 +2,11 @@
 
 use minijinja::{Value, context};
 
-use super::data::{ReportData, utc};
-use super::request::sentence;
-use super::tables;
+use super::{
+    data::{ReportData, utc},
+    request::sentence,
+    tables,
+};
 use crate::{
     export::filled_markup,
     finding::Face,
@@ -25,7 +27,7 @@ const CURVES_SIZE: (f64, f64) = (620.0, 400.0);
 const LOOP_SIZE: (f64, f64) = (620.0, 480.0);
 const TRACE_SIZE: (f64, f64) = (1100.0, 300.0);
 
-pub(super) fn html_of(report: &ReportData) -> String {
+pub fn html_of(report: &ReportData) -> String {
     let calibration = &report.calibration;
     let count = |role: Role| {
         report.recordings.iter().filter(|recording| recording.used.role == role).count()

@@ -381,7 +381,7 @@ fn or_reason<T>(found: Result<T, impl Into<Unanswered>>) -> Result<Result<T, Str
 }
 
 /// Returns the text as a sentence: with a capital letter and a full stop.
-pub(super) fn sentence(text: &str) -> String {
+pub fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase);
     let capital: String = first.into_iter().flatten().collect();

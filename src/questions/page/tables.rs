@@ -12,7 +12,7 @@ use crate::{
 /// Maximum number of features (rows) that the report shows of each calibration matrix.
 const MAX_FEATURES: usize = 400;
 
-pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
+pub fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let entered = calibration.identity.entered();
     let mut rows: Vec<(&str, String)> =
         entered.map(|(item, text)| (item.label(), text.to_owned())).collect();
@@ -27,7 +27,7 @@ pub(super) fn sensor(calibration: &Calibration) -> Vec<(&'static str, String)> {
     rows
 }
 
-pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
+pub fn recordings(report: &ReportData) -> [Table; 2] {
     let files = Table::of(&report.recordings)
         .words("Name", |entry| &entry.used.name)
         .words("Role", |entry| entry.used.role.label())
@@ -68,7 +68,7 @@ pub(super) fn recordings(report: &ReportData) -> [Table; 2] {
     [files, errors]
 }
 
-pub(crate) fn settings(calibration: &Calibration) -> Table {
+pub fn settings(calibration: &Calibration) -> Table {
     let quality = &calibration.quality;
     let ridge = quality.ridge_in_words(&calibration.axes);
     let condition = quality.condition.map(|number| significant(number, 4));
@@ -95,7 +95,7 @@ pub(crate) fn settings(calibration: &Calibration) -> Table {
         .table("", "")
 }
 
-pub(super) fn matrices(calibration: &Calibration) -> Vec<Table> {
+pub fn matrices(calibration: &Calibration) -> Vec<Table> {
     let conventional = &calibration.conventional;
     let mut tables = vec![matrix("Uncompensated", conventional, calibration)];
     if let Some(map) = &calibration.compensated {

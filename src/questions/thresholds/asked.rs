@@ -118,7 +118,7 @@ impl Query for StudyThresholds {
 }
 
 /// Request for the values of a feature, such as its time constants, that give the lowest cross-validation error.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct ChooseBlock {
     /// Group of features (feature block) whose values are to be chosen.
     pub block: HistoryBlock,

@@ -26,7 +26,7 @@ pub struct ThresholdGrid {
     pub(crate) t_ths_secs: Vec<f64>,
 }
 
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum GridError {
     #[error(
         "{what} has no values; enter start:stop:step, or ascending numbers separated by commas"

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Threshold that varies along a curve of errors, while the other one is fixed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Along {
     F,
     T,
@@ -51,7 +51,7 @@ pub struct ThresholdMap {
     pub part_samples: Vec<u64>,
     pub cross_validation: CrossValidation,
     pub conventional: PointScores,
-    pub(crate) rows: Vec<Option<Vec<PointScores>>>,
+    pub rows: Vec<Option<Vec<PointScores>>>,
 }
 
 impl ThresholdMap {
@@ -95,6 +95,13 @@ impl ThresholdMap {
     /// Returns the scores at row `f_at` and column `t_at` of the grid; `None` for a missing row.
     pub fn point(&self, f_at: usize, t_at: usize) -> Option<&PointScores> {
         self.rows.get(f_at)?.as_ref()?.get(t_at)
+    }
+
+    /// Returns the thresholds and the scores of all points that are computed, with t_th running faster.
+    pub fn points(&self) -> impl Iterator<Item = (Thresholds, &PointScores)> {
+        let n_t = self.grid.t_ths_secs.len();
+        let all = (0..self.rows.len() * n_t).map(move |at| (at / n_t, at % n_t));
+        all.filter_map(|(f_at, t_at)| Some((self.thresholds(f_at, t_at), self.point(f_at, t_at)?)))
     }
 
     /// Returns the thresholds at row `f_at` and column `t_at` of the grid. Panics if there is no such row or column.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::recording::Axis;
 
 /// Error that the choice of thresholds or feature values minimises: that of one axis, or that of several axes in one number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
     /// RMSE of the axis with this index, in the unit of the axis.

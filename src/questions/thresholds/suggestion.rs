@@ -42,7 +42,7 @@ impl FlatRange {
 /// Within the ranges, the choice hardly matters.
 ///
 /// The error at the minimum is lower than the error on new samples, because the pair is chosen among many.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     pub thresholds: Thresholds,
     /// Row and column of the minimum in the map.
@@ -63,33 +63,17 @@ pub struct Suggestion {
     pub cross_validation: CrossValidation,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoSuggestion {
-    #[error(transparent)]
-    NoCrossValidation(#[from] NoCrossValidation),
-    #[error("the sensor has none of the axes whose error is to be minimised; choose another error")]
-    NoAxis,
-    #[error("the map of errors is still empty; wait until its first row is computed")]
-    NotYet,
-}
-
-impl From<NoSuggestion> for AnalysisError {
-    fn from(error: NoSuggestion) -> Self {
-        Self::Because(error.to_string())
-    }
-}
-
 impl ThresholdMap {
-    /// Returns the suggested thresholds for this measure of error, or [`NoSuggestion`] if the map has no cross-validation
+    /// Returns the suggested thresholds for this measure of error, or an error if the map has no cross-validation
     /// errors of it.
-    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, NoSuggestion> {
-        let weights = measure.weights(&self.scale).ok_or(NoSuggestion::NoAxis)?;
+    pub fn suggestion(&self, measure: Measure) -> Result<Suggestion, AnalysisError> {
+        let weights = measure.weights(&self.scale).ok_or(AnalysisError::NoSuchAxis)?;
         let conventional = self
             .conventional_value(ScoreSet::LeftOut, measure)
             .ok_or(NoCrossValidation::FewSamples)?;
         let (at, left_out) =
-            self.minimum(ScoreSet::LeftOut, measure).ok_or(NoSuggestion::NotYet)?;
-        let best = self.point(at.0, at.1).ok_or(NoSuggestion::NotYet)?;
+            self.minimum(ScoreSet::LeftOut, measure).ok_or(AnalysisError::EmptyMap)?;
+        let best = self.point(at.0, at.1).ok_or(AnalysisError::EmptyMap)?;
         let parts = ErrorBlocks::of_parts(&self.part_samples);
         let lowest = weighed(&best.left_out_squares, &weights);
         let is_worse = |point: &PointScores| {
@@ -238,8 +222,8 @@ mod tests {
         assert_eq!(full.suggestion(Measure::Forces).unwrap().thresholds.f_th, 2.0);
         assert_eq!(half.suggestion(Measure::Forces).unwrap().thresholds.f_th, 1.0);
         half.rows = vec![None; 3];
-        assert_eq!(half.suggestion(Measure::Forces), Err(NoSuggestion::NotYet));
-        assert_eq!(half.suggestion(Measure::Moments), Err(NoSuggestion::NoAxis));
+        assert_eq!(half.suggestion(Measure::Forces), Err(AnalysisError::EmptyMap));
+        assert_eq!(half.suggestion(Measure::Moments), Err(AnalysisError::NoSuchAxis));
         half.conventional.scores.cv_rmse = None;
         assert_eq!(half.suggestion(Measure::Forces), Err(NoCrossValidation::FewSamples.into()));
     }

@@ -9,7 +9,7 @@ use crate::scoring::loops::{Density, Frame};
 const WEAKEST: (f32, f32) = (0.2, 0.35);
 
 /// A curve with so many samples that their density is drawn, and the colour of the curve.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Cloud {
     /// Number of samples in each cell of the plot, on a logarithmic scale.
     pub density: Arc<Density>,
@@ -18,7 +18,7 @@ pub struct Cloud {
 }
 
 /// Image of the densities of one or more curves in one plot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct CloudPicture {
     /// Range of the plot's two scales that the image covers.
     pub frame: Frame,
@@ -109,7 +109,7 @@ pub fn png(size: [usize; 2], rgba: &[u8]) -> io::Result<Vec<u8>> {
 }
 
 /// Returns these bytes as text in base64 (RFC 4648, section 4).
-pub(crate) fn base64(bytes: &[u8]) -> String {
+pub fn base64(bytes: &[u8]) -> String {
     const SIGNS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

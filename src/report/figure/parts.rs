@@ -16,7 +16,7 @@ pub const DOTTED: [f32; 2] = [2.0, 4.0];
 const ARROW: [f64; 3] = [10.0, 5.0, 4.0];
 
 /// Lines or a heat map in a plot with two scales.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Figure<'a> {
     /// Title of the figure.
     pub title: String,
@@ -39,7 +39,7 @@ pub struct Figure<'a> {
 }
 
 /// A horizontal, vertical or colour scale.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct Scale {
     /// Name of the quantity that the scale shows, with its unit.
     pub label: String,
@@ -68,7 +68,7 @@ pub struct Line<'a> {
 }
 
 /// Arrowhead that shows the direction of a line.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Arrow {
     /// Point on the line where the arrow is drawn.
     pub at: [f64; 2],
@@ -79,7 +79,7 @@ pub struct Arrow {
 }
 
 /// Heat map: one number for each pair of a cell of the horizontal scale and a cell of the vertical scale.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct HeatMap {
     /// Label and range of the colour scale.
     pub shades: Scale,

@@ -10,7 +10,7 @@ use crate::{
         parts::{Figure, HeatMap, Line, Scale},
     },
     scoring::{
-        loops::Frame,
+        loops::{Frame, inside},
         numbers::{tick_text, ticks},
     },
     shown::for_xml,
@@ -336,32 +336,19 @@ fn hex([red, green, blue]: [u8; 3]) -> String {
     format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
-/// Returns the part of a line inside the rectangle of these limits (left, top, right, bottom), by Liang and Barsky (1984);
-/// `None` if the line is outside. An end inside the rectangle stays exactly where it is.
+/// Returns the part of a line inside the rectangle of these limits (left, top, right, bottom); `None` if the line is outside. An end inside the rectangle stays exactly where it is.
 pub fn part_inside(
     [left, top, right, bottom]: [f64; 4],
     from: [f64; 2],
     to: [f64; 2],
 ) -> Option<[[f64; 2]; 2]> {
-    let (mut start, mut end) = (0.0_f64, 1.0_f64);
-    for (i, low, high) in [(0, left, right), (1, top, bottom)] {
-        let way = to[i] - from[i];
-        if way == 0.0 {
-            if !(low..=high).contains(&from[i]) {
-                return None;
-            }
-            continue;
-        }
-        let shares = [(low - from[i]) / way, (high - from[i]) / way];
-        start = start.max(shares[0].min(shares[1]));
-        end = end.min(shares[0].max(shares[1]));
-    }
+    let (start, end) = inside([[left, top], [right, bottom]], from, to)?;
     let at = |share: f64| match share {
         0.0 => from,
         1.0 => to,
         _ => [0, 1].map(|i| from[i] + share * (to[i] - from[i])),
     };
-    (start <= end).then(|| [at(start), at(end)])
+    Some([at(start), at(end)])
 }
 
 #[cfg(test)]

@@ -26,10 +26,10 @@ pub enum Cause {
 
 impl Cause {
     /// Causes that columns of the samples describe.
-    pub(super) const WITH_COLUMNS: [Self; 5] =
+    pub(crate) const WITH_COLUMNS: [Self; 5] =
         [Self::Curvature, Self::Hysteresis, Self::Creep, Self::Lag, Self::Temperature];
     /// Causes that give each unit a value of its own: an offset, a slope in time, a factor.
-    pub(super) const OF_UNITS: [Self; 3] = [Self::Zeros, Self::Drift, Self::Sensitivity];
+    pub(crate) const OF_UNITS: [Self; 3] = [Self::Zeros, Self::Drift, Self::Sensitivity];
 
     /// Returns the name of the cause, as it is written in a sentence. `are_segments` is true if segments of recordings are
     /// left out.
@@ -54,8 +54,8 @@ impl Cause {
 }
 
 /// Set of causes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Causes(usize);
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Causes(usize);
 
 impl Causes {
     /// Number of sets of all causes together.

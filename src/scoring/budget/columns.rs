@@ -26,7 +26,7 @@ const MOST_PRODUCTS: usize = 64;
 
 /// Which columns the rows have, and how they are computed.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub struct Columns {
     pub inputs: Inputs,
     n_model: usize,
     /// Columns of each cause that is tested.
@@ -121,7 +121,7 @@ impl Columns {
 }
 
 /// Computes the rows of one recording, one after another.
-pub(super) struct Rows<'a> {
+pub struct Rows<'a> {
     columns: &'a Columns,
     run: &'a Run<'a>,
     model: Option<ColumnStream<'a>>,
@@ -290,7 +290,7 @@ impl<'a> Rows<'a> {
 }
 
 /// Writes `coefficientsᵀ · values`.
-pub(super) fn apply(coefficients: &Mat<f64>, values: &[f64], out: &mut [f64]) {
+pub fn apply(coefficients: &Mat<f64>, values: &[f64], out: &mut [f64]) {
     for (column, out) in coefficients.col_iter().zip(out) {
         *out = column.iter().zip(values).map(|(own, value)| own * value).sum();
     }

@@ -11,14 +11,14 @@ const TINY: f64 = 1e-300;
 
 /// Sums over one block: products of `[1, t, y]` with each other and with the error; t is the time, y the corrected load.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct BlockScores {
+pub struct BlockScores {
     pub products: [[f64; 3]; 3],
     pub scores: [f64; 3],
 }
 
 /// Gains of one unit, in the order of [`Cause::OF_UNITS`].
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Gains {
+pub struct Gains {
     /// Reduction of the sum of squared errors by all freedoms together.
     pub reduction: f64,
     /// Reduction by each freedom, and the variance of this reduction by chance.
@@ -37,7 +37,7 @@ struct Freedom {
 }
 
 /// Returns the gains by the freedoms for which `wanted` is true. With fewer than two blocks there are none.
-pub(super) fn gains(blocks: &mut [BlockScores], wanted: [bool; Cause::OF_UNITS.len()]) -> Gains {
+pub fn gains(blocks: &mut [BlockScores], wanted: [bool; Cause::OF_UNITS.len()]) -> Gains {
     let mut gains = Gains::default();
     let n = blocks.len();
     if n < 2 {

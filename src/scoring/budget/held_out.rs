@@ -25,7 +25,7 @@ const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 const MOST_FOLDS: usize = 10;
 
 /// Solves a symmetric, positive definite system; zero if it is not positive definite.
-pub(super) fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
+pub fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     match products.llt(Side::Lower) {
         Ok(factor) => factor.solve(right),
         Err(_) => Mat::zeros(right.nrows(), right.ncols()),
@@ -34,7 +34,7 @@ pub(super) fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
 
 /// Held-out errors with one set of causes.
 #[derive(Clone, Debug)]
-pub(super) struct SetErrors {
+pub struct SetErrors {
     /// Squared errors on each axis, summed over each block, in full scales.
     pub squares: Vec<Vec<f64>>,
     /// Variance of the noise that the calibration passes on, on each axis, in full scales.
@@ -44,10 +44,10 @@ pub(super) struct SetErrors {
 }
 
 /// Errors with each set of causes that is tested, by the index of the set.
-pub(super) type AllErrors = Vec<Option<SetErrors>>;
+pub type AllErrors = Vec<Option<SetErrors>>;
 
 /// Computes the held-out errors of one base from its sums.
-pub(super) struct HeldOut<'a> {
+pub struct HeldOut<'a> {
     pub columns: &'a Columns,
     pub units: &'a [Unit],
     pub sums: &'a Sums,
@@ -96,7 +96,7 @@ impl HeldOut<'_> {
                         |sum: Mat<f64>, own| sum + own,
                     )
                 };
-                let plain = projections.iter().position(|own| *own == [false; 2]).unwrap_or(0);
+                let plain = place(Causes::default(), &projections);
                 weights.push(self.weights(&others(number), &others(plain), *projection, &sets));
             }
             progress.check()?;
@@ -268,10 +268,7 @@ impl HeldOut<'_> {
                     squares[set_number].extend(moments.iter().map(of_block));
                 }
                 for (gains_of, unit_set) in gains_of.iter_mut().zip(unit_sets) {
-                    let at = projections
-                        .iter()
-                        .position(|own| *own == projection(*unit_set))
-                        .unwrap_or(0);
+                    let at = place(*unit_set, projections);
                     let wanted = Cause::OF_UNITS.map(|cause| unit_set.contains(cause));
                     let numbers = self.units[*unit].block_numbers();
                     let of_column = |column: usize| {
@@ -362,7 +359,7 @@ impl HeldOut<'_> {
         let n_total: f64 = self.sums.n_samples.iter().sum();
         let mut all: AllErrors = vec![None; Causes::N_SETS];
         for (unit_number, unit_set) in unit_sets.iter().enumerate() {
-            let at = projections.iter().position(|own| *own == projection(*unit_set)).unwrap_or(0);
+            let at = place(*unit_set, projections);
             for (set_number, set) in sets.iter().enumerate() {
                 let mut found = SetErrors {
                     squares: vec![vec![0.0; self.sums.blocks.len()]; n_axes],
@@ -483,6 +480,11 @@ fn projection(set: Causes) -> Projection {
     [set.contains(Cause::Zeros), set.contains(Cause::Drift)]
 }
 
+/// Returns the place of this set's projection in the list.
+fn place(set: Causes, projections: &[Projection]) -> usize {
+    projections.iter().position(|own| *own == projection(set)).unwrap_or(0)
+}
+
 /// Returns the sums of a unit after its own multiples of these columns are taken out of all columns.
 fn projected(sums: &Mat<f64>, freedoms: &[usize]) -> Mat<f64> {
     if freedoms.is_empty() {
@@ -497,7 +499,7 @@ fn projected(sums: &Mat<f64>, freedoms: &[usize]) -> Mat<f64> {
 }
 
 /// Returns these rows and columns of a matrix.
-pub(super) fn picked(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
+pub fn picked(of: &Mat<f64>, rows: &[usize], columns: &[usize]) -> Mat<f64> {
     let mut out = Mat::zeros(rows.len(), columns.len());
     for (to, from) in columns.iter().enumerate() {
         let (from, to) = (of.col_as_slice(*from), out.col_as_slice_mut(to));

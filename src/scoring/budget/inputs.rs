@@ -6,12 +6,15 @@ use faer::{Mat, Side};
 
 use crate::{
     calibration::NormalEquations,
-    scoring::budget::run::{Run, add_run},
+    scoring::{
+        budget::run::{Run, add_run},
+        inverse::inverse_above,
+    },
 };
 
 /// Maximum number of gauges of which each has columns of its own. With more gauges, the strongest principal components take
 /// their place.
-pub(super) const MOST_GAUGES: usize = 8;
+pub const MOST_GAUGES: usize = 8;
 /// Standard deviation below which a channel counts as constant, as a share of its mean.
 const CONSTANT: f64 = 1e-9;
 /// Standard deviation of a conventional load below which its axis has no columns, as a share of the largest one.
@@ -21,7 +24,7 @@ const UNDETERMINED: f64 = 1e-13;
 
 /// Mean and standard deviation of the channels that vary.
 #[derive(Debug, Default)]
-pub(super) struct Channels {
+pub struct Channels {
     /// Numbers of the channels that vary.
     kept: Vec<usize>,
     mean: Vec<f64>,
@@ -61,7 +64,7 @@ impl Channels {
 
 /// Linear maps from the gauges to the inputs of the columns.
 #[derive(Debug)]
-pub(super) struct Inputs {
+pub struct Inputs {
     pub gauges: Channels,
     pub auxiliary: Channels,
     pub load_means: Vec<f64>,
@@ -181,20 +184,8 @@ fn deviations(covariance: &Mat<f64>) -> Vec<f64> {
 }
 
 /// Returns the pseudo-inverse of a symmetric, positive semi-definite matrix.
-pub(super) fn pseudo_inverse(of: &Mat<f64>) -> Option<Mat<f64>> {
+pub fn pseudo_inverse(of: &Mat<f64>) -> Option<Mat<f64>> {
     inverse_above(of, UNDETERMINED)
-}
-
-/// Returns the pseudo-inverse of a symmetric, positive semi-definite matrix. Eigenvalues up to `least` times the largest one
-/// count as zero.
-pub(super) fn inverse_above(of: &Mat<f64>, least: f64) -> Option<Mat<f64>> {
-    let eigen = of.self_adjoint_eigen(Side::Lower).ok()?;
-    let (values, vectors) = (eigen.S().column_vector(), eigen.U());
-    let largest = values.iter().copied().fold(0.0, f64::max);
-    let scaled = Mat::from_fn(of.nrows(), of.ncols(), |i, j| {
-        if values[j] > least * largest { vectors[(i, j)] / values[j] } else { 0.0 }
-    });
-    Some(scaled * vectors.transpose())
 }
 
 /// Returns the strongest principal components, scaled to the standard deviation 1.

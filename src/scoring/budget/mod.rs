@@ -41,7 +41,7 @@ use crate::{
 const MOST_NUMBERS: usize = 1 << 25;
 
 /// Error budget of a calibration.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Budget {
     /// Causes that were tested.
     pub tested: Vec<Cause>,
@@ -135,9 +135,10 @@ impl<'a> Measured<'a> {
         let columns = Columns::new(inputs, scale, median_samples, n_model);
         let most_blocks = MOST_NUMBERS / columns.width.pow(2);
         let units = Unit::all(runs, scale.change_samples, most_blocks);
-        let noise = match scale.separates_noise() {
-            true => Noise::measure(runs, &columns.inputs, &units, progress)?,
-            false => None,
+        let noise = if scale.separates_noise() {
+            Noise::measure(runs, &columns.inputs, &units, progress)?
+        } else {
+            None
         };
         let model_columns = model.map(|own| own.0);
         let sums = Sums::collect(runs, &columns, model_columns, (&units, noise), progress)?;

@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Number of differences in a chunk.
-pub(super) const CHUNK: usize = 25;
+pub const CHUNK: usize = 25;
 const ORDERS: usize = 4;
 /// Minimum number of chunks. With fewer, the noise is unknown.
 const FEWEST_CHUNKS: usize = 4;
@@ -25,7 +25,7 @@ type Differences = [Vec<Vec<f64>>; ORDERS];
 
 /// Noise of the residuals, and the chunks in which it was measured.
 #[derive(Debug)]
-pub(super) struct Noise {
+pub struct Noise {
     /// Variance of the noise on each axis.
     pub variances: Vec<f64>,
     /// Order of the differences.

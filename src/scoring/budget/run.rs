@@ -48,8 +48,8 @@ pub type Model<'a> = Option<(&'a dyn ModelColumns, f64)>;
 
 /// Contiguous samples of one recording that cross-validation leaves out together: the whole recording, or a segment if there
 /// are fewer than three recordings.
-#[derive(Clone, Debug)]
-pub(super) struct Unit {
+#[derive(Debug)]
+pub struct Unit {
     pub run: usize,
     pub samples: Range<usize>,
     pub part: usize,
@@ -99,7 +99,7 @@ fn split(samples: &Range<usize>, count: usize) -> Vec<Range<usize>> {
 }
 
 /// Adds the rows of all samples of a recording. `write` writes the row of one sample.
-pub(super) fn add_run(
+pub fn add_run(
     sums: &mut NormalEquations,
     n_samples: usize,
     mut write: impl FnMut(usize, &mut [f64]),

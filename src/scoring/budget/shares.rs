@@ -35,7 +35,7 @@ const MOST_OVER_IN_SAMPLE: f64 = 4.0;
 const WIDER: f64 = 1.5;
 
 /// Share of one cause in the mean squared error.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Share {
     /// Cause of this part of the error.
     pub cause: Cause,
@@ -48,7 +48,7 @@ pub struct Share {
 }
 
 /// Error of one axis or of several axes, split by cause. `shares`, `noise` and `unexplained` add to `total`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Shares {
     /// Mean squared held-out error (full scale²).
     pub total: f64,
@@ -67,7 +67,7 @@ pub struct Shares {
 }
 
 /// Reason why there is no error budget.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, thiserror::Error)]
+#[derive(Clone, Copy, Debug, Serialize, thiserror::Error)]
 #[serde(rename_all = "snake_case")]
 pub enum NoBudget {
     /// No gauge varies, or no load can be computed from the gauges.
@@ -85,7 +85,7 @@ pub enum NoBudget {
 }
 
 /// Figures from which the shares are decided.
-pub(super) struct Decision<'a> {
+pub struct Decision<'a> {
     pub errors: &'a AllErrors,
     /// Number of samples of each block.
     pub n_samples: &'a [f64],

@@ -8,13 +8,15 @@ use rayon::prelude::*;
 use crate::{
     calibration::NormalEquations,
     progress::{Cancelled, Progress},
-    scoring::budget::{
-        cause::Cause,
-        columns::{Columns, Rows},
-        held_out::{picked, solve},
-        inputs::inverse_above,
-        noise::{CHUNK, Noise},
-        run::{ModelColumns, Run, Unit},
+    scoring::{
+        budget::{
+            cause::Cause,
+            columns::{Columns, Rows},
+            held_out::{picked, solve},
+            noise::{CHUNK, Noise},
+            run::{ModelColumns, Run, Unit},
+        },
+        inverse::inverse_above,
     },
 };
 
@@ -32,7 +34,7 @@ const UNDETERMINED: f64 = 1e-9;
 
 /// Sums of products of the standardised columns.
 #[derive(Debug)]
-pub(super) struct Sums {
+pub struct Sums {
     /// Products of all columns with each other, one matrix for each block.
     pub blocks: Vec<Mat<f64>>,
     /// Number of samples of each block.
@@ -46,7 +48,7 @@ pub(super) struct Sums {
 
 /// Noise that any coefficients pass on to their residuals.
 #[derive(Debug)]
-pub(super) struct NoiseSums {
+pub struct NoiseSums {
     /// Mean products of the differences of all columns.
     pub differences: Mat<f64>,
     /// Factor of each axis by which the differences of the conventional residuals become their noise.

@@ -17,8 +17,8 @@ const CONSTANT: f64 = 1e-4;
 /// Minimum change time (samples) at which noise can be told apart from changes of the load.
 const SHORTEST_WITH_NOISE: f64 = 4.0;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct TimeScale {
+#[derive(Clone, Copy, Debug)]
+pub struct TimeScale {
     /// Number of samples in which the load changes by a tenth of its variance.
     pub change_samples: f64,
     /// True if the samples are load cases without order in time, so that a sample says nothing about the next one.
@@ -122,7 +122,7 @@ fn squared_changes(loads: &[f64], n_axes: usize, interval: usize) -> Vec<f64> {
 }
 
 /// Returns the median, the mean of the two middle values if their number is even.
-pub(super) fn middle(mut values: Vec<f64>) -> Option<f64> {
+pub fn middle(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     Some(0.5 * (values[last / 2] + values[last.div_ceil(2)]))

@@ -58,7 +58,7 @@ const OFTEN: usize = 20;
 
 /// Properties of a channel that follow from its own values alone.
 #[derive(Debug)]
-pub(super) struct Own {
+pub struct Own {
     pub channel: Channel,
     pub low: f64,
     pub high: f64,
@@ -170,7 +170,7 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
 }
 
 /// Values of all channels of a recording in the samples to which expected values are fitted.
-pub(super) struct Sampled {
+pub struct Sampled {
     samples: Vec<usize>,
     channels: Vec<(Channel, Vec<f64>)>,
 }
@@ -192,7 +192,7 @@ impl Sampled {
 
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
-pub(super) struct Expected {
+pub struct Expected {
     /// For each of the other channels: its mean, which is subtracted, and its factor.
     by: Vec<(Channel, f64, f64)>,
     constant: f64,
@@ -296,10 +296,7 @@ impl Expected {
         let mut values: Vec<f64> = values.collect();
         values.sort_by(f64::total_cmp);
         let cut = values.len().div_ceil(10);
-        match values.len() > 2 * cut {
-            true => values[values.len() - 1 - cut] - values[cut],
-            false => 0.0,
-        }
+        if values.len() > 2 * cut { values[values.len() - 1 - cut] - values[cut] } else { 0.0 }
     }
 }
 
@@ -325,7 +322,7 @@ fn factors(
 }
 
 /// Channel of a recording, with the properties of its values and the values that other channels predict for it.
-pub(super) struct Watched<'a> {
+pub struct Watched<'a> {
     pub recording: &'a Recording,
     pub own: &'a Own,
     pub values: &'a [f64],
@@ -348,9 +345,10 @@ impl Watched<'_> {
     fn should_move(&self, run: &Range<usize>) -> bool {
         let Own { span, resolution, .. } = self.own;
         let late = if self.held > 1 { self.held } else { 0 };
-        let outer = match self.recording.is_static() {
-            true => 0,
-            false => STUCK_SAMPLES.min(run.len() / 4).max(late).min(run.len() / 2),
+        let outer = if self.recording.is_static() {
+            0
+        } else {
+            STUCK_SAMPLES.min(run.len() / 4).max(late).min(run.len() / 2)
         };
         let samples = run.start + outer..run.end - outer;
         self.expected.is_some_and(|expected| {
@@ -465,10 +463,7 @@ impl Watched<'_> {
             let jump = self.value(k) - self.value(k - 1);
             // A channel that otherwise stays at one value may only flicker by a step of the converter. A jump to zero is more.
             let is_lost = *span == 0.0 && *usual_low != 0.0 && jump != 0.0 && self.value(k) == 0.0;
-            let end = match jump.abs() >= least || is_lost {
-                true => self.back_again(k, jump),
-                false => None,
-            };
+            let end = if jump.abs() >= least || is_lost { self.back_again(k, jump) } else { None };
             let Some(end) = end else {
                 k += 1;
                 continue;
@@ -497,9 +492,10 @@ impl Watched<'_> {
             };
             let recurs = samples.len() > SPIKE_SAMPLES || away.iter().enumerate().any(again);
             let stands_for_none = value == 0.0 || (recurs && !is_switch);
-            let kind = match *is_one_value && stands_for_none {
-                true => FaultKind::Dropout,
-                false => FaultKind::Spike,
+            let kind = if *is_one_value && stands_for_none {
+                FaultKind::Dropout
+            } else {
+                FaultKind::Spike
             };
             if !is_known(found, samples) {
                 found.push(self.fault(kind, samples.clone()));
@@ -520,7 +516,7 @@ impl Watched<'_> {
 }
 
 /// Joins ranges of samples that touch or overlap. They must be sorted by their starts.
-pub(super) fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+pub fn joined(ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let mut joined: Vec<Range<usize>> = Vec::new();
     for range in ranges {
         match joined.last_mut() {
@@ -539,7 +535,7 @@ fn is_known(found: &[Fault], samples: &Range<usize>) -> bool {
 }
 
 /// Adds a fault for each run of samples for which `samples` is true.
-pub(super) fn push_runs(
+pub fn push_runs(
     samples: impl Iterator<Item = bool>,
     kind: FaultKind,
     channel: Channel,

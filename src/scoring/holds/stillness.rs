@@ -9,7 +9,7 @@ use std::ops::Range;
 pub const FEWEST_SAMPLES: usize = 8;
 
 /// Dwell: an interval in which the load is constant.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Hold {
     pub samples: Range<usize>,
     pub level: Vec<f64>,

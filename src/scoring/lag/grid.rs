@@ -10,8 +10,10 @@ use std::ops::Range;
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 
-use super::kind::{filtered, low_pass};
-use super::{LagRun, NoLag};
+use super::{
+    LagRun, NoLag,
+    kind::{filtered, low_pass},
+};
 use crate::{
     column::column,
     dot::{dot, dot_of_long},
@@ -65,24 +67,24 @@ const BLOCKS: usize = 12;
 const JUMP: f64 = 4.0;
 const JUMP_IN_NOISE: f64 = 8.0;
 /// Number of samples before and after a jump that are not used.
-pub(super) const AROUND_JUMP: usize = 30;
+pub const AROUND_JUMP: usize = 30;
 
 /// Rows of the regression from an interval without a gap in the sample times, or from a part of the interval.
 #[derive(Debug)]
-pub(super) struct Part {
-    pub(super) run: usize,
+pub struct Part {
+    pub run: usize,
     /// Samples of the recording from which the rows are computed.
     samples: Range<usize>,
-    pub(super) times: Vec<f64>,
+    pub times: Vec<f64>,
     /// True for each row that the fit uses.
-    pub(super) used: Vec<bool>,
+    pub used: Vec<bool>,
     /// Share of the jumps in the sum of the reference's squared steps, on the axis where this share is largest.
     jumps: f64,
 }
 
 /// Inputs of the play operators that describe hysteresis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Drivers {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drivers {
     /// Load of each axis, to describe friction and backlash of the structure.
     Axes,
     /// Strain of each gauge, which is a mixture of the loads, to describe hysteresis of a gauge or of its mounting place.
@@ -92,29 +94,29 @@ pub(super) enum Drivers {
 /// Columns of the regression in all parts, in this order: loads, terms of hysteresis and curvature, terms of slow creep, a
 /// constant, terms of quick creep.
 #[derive(Debug)]
-pub(super) struct Columns {
+pub struct Columns {
     /// Values of each part, row-major.
-    pub(super) rows: Vec<Vec<f64>>,
+    pub rows: Vec<Vec<f64>>,
     /// Number of columns.
-    pub(super) n: usize,
+    pub n: usize,
     /// Number of columns before the terms of quick creep.
-    pub(super) n_usual: usize,
+    pub n_usual: usize,
     /// Columns that are kept when hysteresis is described with fewer radii.
-    pub(super) coarse: Vec<usize>,
+    pub coarse: Vec<usize>,
 }
 
 /// Rows of the regression from all recordings.
 #[derive(Debug)]
-pub(super) struct Grids {
-    pub(super) parts: Vec<Part>,
-    pub(super) n_axes: usize,
+pub struct Grids {
+    pub parts: Vec<Part>,
+    pub n_axes: usize,
     /// Median time between samples (s).
-    pub(super) step_secs: f64,
+    pub step_secs: f64,
     /// Time scale of the load (s): its standard deviation divided by the root mean square of its rate.
-    pub(super) slow_secs: f64,
+    pub slow_secs: f64,
     /// Block of consecutive samples to which each used row belongs.
-    pub(super) blocks: Vec<usize>,
-    pub(super) n_blocks: usize,
+    pub blocks: Vec<usize>,
+    pub n_blocks: usize,
     window: Window,
 }
 
@@ -129,7 +131,7 @@ struct Piece<'a> {
 
 impl Grids {
     /// Returns the rows, and their columns for each input of the play operators that is worth trying.
-    pub(super) fn of(runs: &[LagRun<'_>]) -> Result<(Self, Vec<Columns>), NoLag> {
+    pub fn of(runs: &[LagRun<'_>]) -> Result<(Self, Vec<Columns>), NoLag> {
         let n_axes = runs.first().map_or(0, |run| run.n_axes());
         let steps: Vec<Option<f64>> = runs.iter().map(|run| median_step(run.times)).collect();
         let step_secs = median(steps.iter().flatten().copied()).ok_or(NoLag::TooShort)?;
@@ -216,7 +218,7 @@ impl Grids {
     }
 
     /// Returns an output in the used rows.
-    pub(super) fn output(&self, runs: &[LagRun<'_>], output: usize) -> Vec<f64> {
+    pub fn output(&self, runs: &[LagRun<'_>], output: usize) -> Vec<f64> {
         let rows = self.parts.iter().flat_map(|part| {
             let run = &runs[part.run];
             let n = run.n_outputs();
@@ -228,13 +230,13 @@ impl Grids {
     }
 
     /// Returns true if the reference load jumps anywhere in the rows.
-    pub(super) fn jumps(&self) -> bool {
+    pub fn jumps(&self) -> bool {
         self.parts.iter().any(|part| part.jumps > 0.0)
     }
 
     /// Returns true if the load mostly moves in jumps. They then make up more than half of the sum of squared steps, on
     /// average over the intervals.
-    pub(super) fn moves_in_jumps(&self) -> bool {
+    pub fn moves_in_jumps(&self) -> bool {
         let shares = self.parts.iter().map(|part| part.jumps);
         shares.sum::<f64>() > 0.5 * self.parts.len() as f64
     }
@@ -242,7 +244,7 @@ impl Grids {
 
 impl Part {
     /// Returns the values of the used rows.
-    pub(super) fn kept(&self, values: Vec<f64>) -> impl Iterator<Item = f64> {
+    pub fn kept(&self, values: Vec<f64>) -> impl Iterator<Item = f64> {
         values.into_iter().zip(&self.used).filter(|(_, used)| **used).map(|(value, _)| value)
     }
 }
@@ -415,7 +417,7 @@ impl Piece<'_> {
 
 /// Symmetric smoothing window (raised cosine), and the number of samples from one row to the next.
 #[derive(Debug)]
-pub(super) struct Window {
+pub struct Window {
     half: usize,
     hop: usize,
     weights: Vec<f64>,

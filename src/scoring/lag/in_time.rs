@@ -7,9 +7,11 @@
 
 use faer::Mat;
 
-use super::kind::LagKind;
-use super::solve::{saved_share, solved};
-use super::{Lag, LagRun};
+use super::{
+    Lag, LagRun,
+    kind::LagKind,
+    solve::{saved_share, solved},
+};
 use crate::{
     column::column,
     dot::dot,
@@ -29,7 +31,7 @@ const MAX_SHARE_FS: f64 = 0.003;
 const MOST_ROWS: usize = 100_000;
 
 /// Correction that removes the lag of one output.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct InTime {
     kind: LagKind,
     seconds: f64,
@@ -39,7 +41,7 @@ pub struct InTime {
 
 /// Sizes of the hysteresis loop of one output. Each pair holds the size with the lag, then the size after its removal. The
 /// gains of the outputs are fitted in both cases.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct Widths {
     /// Largest width, in the unit of the output.
     pub largest: [f64; 2],

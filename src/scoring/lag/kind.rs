@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::dot::dot;
 
 /// Kind of the lag of a signal behind the reference load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LagKind {
     /// Delay of the whole signal, such as a clock offset, a late time stamp or a transport delay.
@@ -46,7 +46,7 @@ impl LagKind {
 
 /// Appends rows of several signals, late by `seconds`, to `late`. `rows` is row-major with one row for each time. Only the
 /// first `n` signals, and only the rows with `used`, are appended.
-pub(super) fn add_late_rows(
+pub fn add_late_rows(
     kind: LagKind,
     seconds: f64,
     (times, used): (&[f64], &[bool]),
@@ -106,7 +106,7 @@ fn interpolated((first, weights): &(usize, [f64; 4]), values: &[f64]) -> f64 {
 
 /// Filters values by a low-pass with these weights: of the filter's previous result, of the previous value and of the present
 /// value. The state is the previous result and the previous value.
-pub(super) fn filtered(
+pub fn filtered(
     (state, before): &mut (f64, f64),
     weights: impl Iterator<Item = [f64; 3]>,
     values: &[f64],
@@ -162,7 +162,7 @@ fn between(times: &[f64], next: usize, wanted: f64) -> (usize, [f64; 4]) {
 }
 
 /// Returns the weights of a low-pass at these times; see [`filtered`]. `before` is the time of the previous sample.
-pub(super) fn low_pass(mut before: f64, times: &[f64], tau: f64) -> impl Iterator<Item = [f64; 3]> {
+pub fn low_pass(mut before: f64, times: &[f64], tau: f64) -> impl Iterator<Item = [f64; 3]> {
     times.iter().map(move |time| {
         let steps = (time - std::mem::replace(&mut before, *time)) / tau;
         if steps > 0.0 {

@@ -4,9 +4,14 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::solvers::Solve as _;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use super::grid::{AROUND_JUMP, Columns, Grids};
-use super::kind::{LagKind, add_late_rows};
-use crate::dot::{dot, dot_of_long};
+use super::{
+    grid::{AROUND_JUMP, Columns, Grids},
+    kind::{LagKind, add_late_rows},
+};
+use crate::{
+    dot::{dot, dot_of_long},
+    scoring::inverse::inverse_above,
+};
 
 /// Minimum eigenvalue of the scaled normal matrix, as a share of its largest eigenvalue. Coefficients along directions with
 /// smaller eigenvalues are set to zero.
@@ -21,22 +26,22 @@ const SMALL_STEP: f64 = 1e-3;
 /// with a lag behind the previous load cycle.
 const LONGEST: f64 = 2.0;
 /// Lag of one kind (delay or low-pass) that leaves the smallest residual of an output.
-pub(super) struct Fitted {
-    pub(super) seconds: f64,
-    pub(super) standard_error_secs: f64,
+pub struct Fitted {
+    pub seconds: f64,
+    pub standard_error_secs: f64,
     /// True if a model with fast creep and no lag leaves a smaller residual.
-    pub(super) is_creep: bool,
+    pub is_creep: bool,
     /// Share of the squared derivative of the output by the lag that no column of the fit explains.
-    pub(super) own_share: f64,
+    pub own_share: f64,
     /// Sum of squared residuals in each block of consecutive samples.
-    pub(super) block_squares: Vec<f64>,
+    pub block_squares: Vec<f64>,
     /// Share of a conventional (linear) calibration's squared error that disappears if the lag is removed.
-    pub(super) explained_error_share: f64,
+    pub explained_error_share: f64,
 }
 
 /// Columns of the regression, with their systems of equations without a lag. All outputs share them.
 #[derive(Debug)]
-pub(super) struct Model {
+pub struct Model {
     columns: Columns,
     /// All columns without a lag, with the solver for those that are usual.
     in_time: System,
@@ -47,7 +52,7 @@ pub(super) struct Model {
 }
 
 impl Model {
-    pub(super) fn of(grids: &Grids, columns: Columns) -> Self {
+    pub(crate) fn of(grids: &Grids, columns: Columns) -> Self {
         let in_time = System::of(grids, &columns, columns.n, LagKind::Delay, 0.0);
         let creeping = Solver::of(&in_time.gram, (0..columns.n).collect());
         let linear = Solver::of(&in_time.gram, linear_columns(grids, &columns));
@@ -61,16 +66,16 @@ fn linear_columns(grids: &Grids, columns: &Columns) -> Vec<usize> {
 }
 
 /// Fit of one output.
-pub(super) struct Fit<'a> {
-    pub(super) grids: &'a Grids,
-    pub(super) model: &'a Model,
+pub struct Fit<'a> {
+    pub(crate) grids: &'a Grids,
+    pub(crate) model: &'a Model,
     /// Output in the used rows.
-    pub(super) output: &'a [f64],
+    pub(crate) output: &'a [f64],
 }
 
 impl Fit<'_> {
     /// Finds the lag of one kind (delay or low-pass) by Gauss-Newton steps; `None` if they do not converge.
-    pub(super) fn fitted(&self, kind: LagKind, start: f64) -> Option<Fitted> {
+    pub(crate) fn fitted(&self, kind: LagKind, start: f64) -> Option<Fitted> {
         let grids = self.grids;
         let mut longest = LONGEST * grids.slow_secs;
         if grids.jumps() {
@@ -239,7 +244,7 @@ impl System {
 }
 
 /// Returns the decrease from the first value to the second as a share of the first, limited to 0 to 1.
-pub(super) fn saved_share([before, after]: [f64; 2]) -> f64 {
+pub fn saved_share([before, after]: [f64; 2]) -> f64 {
     if before > 0.0 { (1.0 - after / before).clamp(0.0, 1.0) } else { 0.0 }
 }
 
@@ -266,26 +271,13 @@ impl Solver {
         let factor = scaled.llt(Side::Lower);
         let inverse = match factor.map(|factor| factor.solve(Mat::<f64>::identity(n, n))) {
             Ok(inverse) if inverse.norm_l2() * (n as f64) < WELL_DETERMINED => inverse,
-            _ => inverse_of_determined(&scaled)?,
+            _ => inverse_above(&scaled, LEAST_DIRECTION)?,
         };
         let inverse =
             Mat::from_fn(n, n, |row, column| inverse[(row, column)] * scale(row) * scale(column));
         let is_finite = (0..n).all(|row| (0..n).all(|column| inverse[(row, column)].is_finite()));
         is_finite.then_some(Self { columns, inverse })
     }
-}
-
-/// Returns the inverse of a matrix along the directions that it determines, and zero along all others.
-fn inverse_of_determined(scaled: &Mat<f64>) -> Option<Mat<f64>> {
-    let parts = scaled.self_adjoint_eigen(Side::Lower).ok()?;
-    let (vectors, values) = (parts.U(), parts.S());
-    let n = scaled.ncols();
-    let largest = (0..n).map(|at| values[at]).fold(0.0, f64::max);
-    let weighted = Mat::from_fn(n, n, |row, at| {
-        let is_kept = values[at] > LEAST_DIRECTION * largest;
-        if is_kept { vectors[(row, at)] / values[at] } else { 0.0 }
-    });
-    Some(weighted * vectors.transpose())
 }
 
 /// Returns the products of all pairs of columns, summed over the rows, in the lower triangle.
@@ -297,13 +289,13 @@ fn gram(x: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// Solves by least squares; see [`Solver`].
-pub(super) fn solved(x: &Mat<f64>, y: &Mat<f64>) -> Option<Mat<f64>> {
+pub fn solved(x: &Mat<f64>, y: &Mat<f64>) -> Option<Mat<f64>> {
     let solver = Solver::of(&gram(x.as_ref()), (0..x.ncols()).collect())?;
     Some(solver.inverse * (x.transpose() * y))
 }
 
 /// Returns the mean of the nonzero differences `a − b`, divided by the standard error of this mean.
-pub(super) fn paired_t(a: &[f64], b: &[f64]) -> f64 {
+pub fn paired_t(a: &[f64], b: &[f64]) -> f64 {
     let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).filter(|d| *d != 0.0).collect();
     let n = differences.len() as f64;
     let mean = differences.iter().sum::<f64>() / n;

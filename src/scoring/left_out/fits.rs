@@ -161,7 +161,7 @@ impl<'a> LeftOut<'a> {
 }
 
 /// Returns the sums over all parts of `n_parts × n_targets` squares, one number per target.
-pub(crate) fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
+pub fn summed_by_target(squares: &[f64], n_targets: usize) -> Vec<f64> {
     (0..n_targets).map(|target| column(squares, n_targets, target).sum()).collect()
 }
 

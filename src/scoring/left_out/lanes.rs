@@ -16,7 +16,7 @@
 use crate::calibration::{NormalEquations, Terms};
 
 /// Number of fits that are computed together, each in one SIMD lane.
-pub(crate) const LANES: usize = 8;
+pub const LANES: usize = 8;
 
 /// One number for each of the eight fits.
 type Lanes = [f64; LANES];
@@ -31,7 +31,7 @@ const SURELY_INDEPENDENT: f64 = 1e-6;
 const SURELY_REMAINS: f64 = 1e-2;
 
 /// Buffers for eight fits of `m` columns and `q` targets.
-pub(crate) struct Work {
+pub struct Work {
     m: usize,
     q: usize,
     /// Sums of products over the left-out part: the lower triangle of `XᵀX` row by row, then one row of `XᵀY` for each

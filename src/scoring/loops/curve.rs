@@ -13,7 +13,7 @@ pub const CELLS: usize = 100;
 /// A branch can pass a load several times, because of noise or small reversals of the load. So load and output are averaged
 /// over each hundredth of the branch's load range. The points are these averages, and the samples of minimum and maximum
 /// load, which neighbouring branches share.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Curve {
     /// Points `(load, output)` with rising, different loads.
     knots: Vec<(f64, f64)>,

@@ -43,7 +43,7 @@ const MAX_NOISE: f64 = 0.02;
 const MAX_NEIGHBOURS: usize = 12;
 
 /// Hysteresis loop of one output: [`LOADS`] values on each branch, at loads in equal steps over `range`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Loop {
     /// Range of loads that both branches cover.
     pub range: MinMax,
@@ -132,7 +132,7 @@ impl Loop {
 /// neighbours is the smallest that makes two standard deviations of the noise at most a `share` of the largest difference.
 /// Without smoothing, noise would increase the largest and the mean magnitude. Also returns the standard deviation of the
 /// noise that is left at the ends, where it is largest.
-pub(crate) fn quiet(values: &[f64], share: f64) -> (Vec<f64>, f64) {
+pub fn quiet(values: &[f64], share: f64) -> (Vec<f64>, f64) {
     let noise = white_noise(values);
     let on_lines = |half| (0..values.len()).map(move |at| on_line(values, at, half));
     let is_quiet = |half: &usize| {

@@ -36,8 +36,8 @@ pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
 pub(crate) use cycle::quiet;
 pub use extents::{extents_of, extents_of_set};
-pub(crate) use outline::Stroke;
 pub use outline::{Density, Frame, Outline, outline};
+pub(crate) use outline::{Stroke, inside};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
 pub use turns::{LoadExtent, branches, default_reversal_threshold};
 
@@ -49,7 +49,7 @@ pub const FEWEST_CYCLES: usize = 3;
 pub const MOST: f64 = 0.5;
 
 /// Branches and cycles of the load on one axis in several recordings.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Loops {
     branches: Vec<Vec<Branch>>,
     /// Cycles sorted by recording and time. Each half cycle belongs to at most one cycle.

@@ -27,7 +27,7 @@ pub struct Frame {
 }
 
 /// Part of a branch, in which the load rises or falls, as points `[load, output]`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Stroke {
     pub rising: bool,
     /// Points `[load, output]` in the order of time.
@@ -35,7 +35,7 @@ pub struct Stroke {
 }
 
 /// Density of paths: number of samples in each cell of half a pixel, on a logarithmic scale.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Density {
     /// Rectangle that the cells cover.
     pub frame: Frame,
@@ -47,7 +47,7 @@ pub struct Density {
 }
 
 /// Drawing of paths, reduced to lines with few points or to a density.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub enum Outline {
     /// Paths as lines.
     Lines(Vec<Vec<[f64; 2]>>),
@@ -112,22 +112,23 @@ impl Grid {
     fn point_at(&self, cell: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|i| self.low[i] + cell[i] * self.size[i])
     }
+}
 
-    /// Returns the start and the end of the part of a step between two samples that lies on the plot, as shares of the step.
-    fn on_picture(&self, from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
-        let (mut start, mut end) = (0.0_f64, 1.0_f64);
-        for i in [0, 1] {
-            let way = to[i] - from[i];
-            if way != 0.0 {
-                let shares = [-from[i] / way, (self.cells[i] - from[i]) / way];
-                start = start.max(shares[0].min(shares[1]));
-                end = end.min(shares[0].max(shares[1]));
-            } else if !(0.0..=self.cells[i]).contains(&from[i]) {
-                return None;
-            }
+/// Returns the start and the end of the part of a line that lies between the lowest and the highest corner of a rectangle, as
+/// shares of the line, by Liang and Barsky (1984); `None` if the line is outside.
+pub fn inside([low, high]: [[f64; 2]; 2], from: [f64; 2], to: [f64; 2]) -> Option<(f64, f64)> {
+    let (mut start, mut end) = (0.0_f64, 1.0_f64);
+    for i in [0, 1] {
+        let way = to[i] - from[i];
+        if way != 0.0 {
+            let shares = [low[i], high[i]].map(|limit| (limit - from[i]) / way);
+            start = start.max(shares[0].min(shares[1]));
+            end = end.min(shares[0].max(shares[1]));
+        } else if !(low[i]..=high[i]).contains(&from[i]) {
+            return None;
         }
-        (start <= end).then_some((start, end))
     }
+    (start <= end).then_some((start, end))
 }
 
 /// Sample and its position on the plot in cells.
@@ -251,7 +252,7 @@ impl Drawn {
     }
 
     fn step(&mut self, from: &Place, to: &Place) {
-        let Some((start, end)) = self.grid.on_picture(from.cell, to.cell) else {
+        let Some((start, end)) = inside([[0.0; 2], self.grid.cells], from.cell, to.cell) else {
             self.all.open = false;
             return;
         };

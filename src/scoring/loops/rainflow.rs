@@ -6,8 +6,8 @@
 use crate::{min_max::MinMax, scoring::loops::turns::Branch};
 
 /// Closed cycles of one recording, and the half cycles that are left over.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Counted {
+#[derive(Debug, Default)]
+pub struct Counted {
     /// The two branches of each closed cycle. The second branch ends where the load is back at the start of the first.
     pub closed: Vec<[Branch; 2]>,
     /// Half cycles in the order of time. Their ranges first grow and then shrink.
@@ -19,7 +19,7 @@ pub(crate) struct Counted {
 /// **Source** ASTM E1049-85, 5.4.4, in the form with four reversals: the middle of three ranges is a cycle if neither
 /// neighbour is smaller. The half cycles that are left over are the same as in the standard. If three ranges are equal, the
 /// middle one is not taken as a cycle. Equal half cycles are later paired in the order of time, so the counts are the same.
-pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
+pub fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
     let mut counted = Counted::default();
     let residue = &mut counted.residue;
     for branch in branches {
@@ -30,9 +30,8 @@ pub(crate) fn count(branches: Vec<Branch>, loads: &[f64]) -> Counted {
             if !closes || beside == [span; 2] {
                 break;
             }
-            let mut after = residue.pop().expect("the stack of branches holds at least three");
-            let middle = residue.pop().expect("the stack of branches holds at least three");
-            let before = residue.pop().expect("the stack of branches holds at least three");
+            let three = <[Branch; 3]>::try_from(residue.split_off(residue.len() - 3));
+            let [before, middle, mut after] = three.expect("three branches were taken");
             let back = closing_sample(&middle, &after, loads);
             let n_within = (after.nested).partition_point(|nested| nested.end <= back);
             let rest = after.nested.split_off(n_within);
@@ -70,7 +69,7 @@ fn closing_sample(first: &Branch, after: &Branch, loads: &[f64]) -> usize {
 
 /// Pairs neighbouring half cycles to cycles, and returns the index of the first half cycle of each pair. A half cycle is in
 /// at most one pair. The pairs have the largest possible sum of squared common load ranges.
-pub(crate) fn pairs(residue: &[Branch]) -> Vec<usize> {
+pub fn pairs(residue: &[Branch]) -> Vec<usize> {
     let common =
         |at: usize| MinMax::common(residue[at..at + 2].iter().map(|half| half.loads)).span();
     // Dynamic programming: for the first n half cycles, the largest sum of squares, and true if the last two of them form a

@@ -8,7 +8,7 @@ const LEVELS: usize = 4;
 
 /// Cells of a plot that lines have touched so far.
 #[derive(Debug)]
-pub(crate) struct Raster {
+pub struct Raster {
     /// Levels of the grid: cells, blocks of cells, blocks of blocks, and so on.
     levels: [Level; LEVELS],
     /// Number of squares of 2 × 2 cells beyond the plot. They count as touched, so that blocks at the edge can become full.
@@ -63,7 +63,7 @@ struct Step {
 }
 
 impl Raster {
-    pub(crate) fn new(n: [usize; 2]) -> Self {
+    pub fn new(n: [usize; 2]) -> Self {
         let of = |level: usize| Level::new(n.map(|n| n.div_ceil(SIDE.pow(level as u32))));
         let mut raster = Self { levels: std::array::from_fn(of), n_beyond: 0 };
         raster.n_beyond = raster.n_touched_squares();
@@ -71,18 +71,18 @@ impl Raster {
     }
 
     /// Marks every cell between two points of the plot as touched.
-    pub(crate) fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
+    pub fn touch(&mut self, from: [f64; 2], to: [f64; 2]) {
         let way = [0, 1].map(|i| to[i] - from[i]);
         let all = self.levels[LEVELS - 1].n.map(|n| (0, n - 1));
         self.walk(LEVELS - 1, all, Step { from, way }, (0.0, 1.0));
     }
 
-    pub(crate) fn is_touched(&self, cell: [usize; 2]) -> bool {
+    pub fn is_touched(&self, cell: [usize; 2]) -> bool {
         self.levels[0].has(cell)
     }
 
     /// Returns the number of squares of 2 × 2 cells in which a cell is touched.
-    pub(crate) fn n_touched_squares(&self) -> usize {
+    pub fn n_touched_squares(&self) -> usize {
         // The bits of a block are stored row by row. First two rows are combined, then two columns.
         let squares = self.levels[0].words.iter().map(|word| {
             let rows = word | word >> SIDE;

@@ -98,7 +98,7 @@ fn turns(loads: &[f64], reversal_threshold: f64) -> (Vec<usize>, Option<bool>) {
 }
 
 /// Noise and range of one axis' load in several recordings.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub struct LoadExtent {
     /// Standard deviation of the noise in the noisiest recording, in the unit of the load.
     pub noise: f64,

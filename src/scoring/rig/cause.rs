@@ -54,7 +54,7 @@ const SMALLEST_GAIN: f64 = 0.002;
 const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 
 /// Kind of a fault of the measuring rig.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Cause {
     /// The zeros of the gauges differ from those of the other runs.
     Tare,
@@ -82,7 +82,7 @@ impl Cause {
 }
 
 /// Runs (recordings) that have a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Where {
     /// The run with this index and all later runs.
     From(usize),
@@ -93,7 +93,7 @@ pub enum Where {
 }
 
 /// Fault that explains why runs contradict each other.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Contradiction {
     /// Kind of the fault.
     pub cause: Cause,
@@ -132,7 +132,7 @@ struct Refit<'a> {
 }
 
 /// What the correction of a changed sensitivity assumes about the gauges' zeros.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Zeros {
     /// The zeros are those of the other runs: only the gain was changed, or the reference is wrong.
     Kept,
@@ -442,10 +442,11 @@ impl Rig {
         if !is_loaded(&fits::changed(&own, &change)) || !(is_loaded(&own) || is_unit) {
             return None;
         }
-        let corrected = self.units.iter().zip(is_here).map(|(own, here)| match here {
-            true => own.changed(&change),
-            false => own.clone(),
-        });
+        let corrected = self
+            .units
+            .iter()
+            .zip(is_here)
+            .map(|(own, here)| if *here { own.changed(&change) } else { own.clone() });
         let units: Vec<Unit> = corrected.collect();
         // For an exchange of columns, its share is estimated from the uncorrected data of each unit.
         let shown = if steps == 0 { &self.units } else { &units };

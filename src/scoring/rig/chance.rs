@@ -13,7 +13,7 @@ const FEWEST: usize = 3;
 /// It is an F test whose degrees of freedom allow for values that scatter together (Satterthwaite).
 ///
 /// **Shapes** one row of values and one weight for each part.
-pub(super) fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
+pub fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
     let largest = weights.iter().copied().fold(0.0, f64::max);
     let used: Vec<usize> = (0..values.len()).filter(|at| weights[*at] > 1e-12 * largest).collect();
     let all: f64 = used.iter().map(|at| weights[*at]).sum();

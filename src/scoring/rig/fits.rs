@@ -16,7 +16,7 @@ const NOTHING: f64 = 1e-9;
 const EXACT: f64 = 1e-10;
 /// Minimum number of runs (recordings) for a cross-validation that holds out runs in turn. With fewer runs, it holds out
 /// units (parts of recordings).
-pub(super) const FEWEST_RUNS: usize = 3;
+pub const FEWEST_RUNS: usize = 3;
 
 /// Maximum ratio of the summed squared loads of one run to those of the other runs, along any combination of axes, for which
 /// the run is compared with them. Above this ratio, the loads of the other runs along that combination are below a thirtieth
@@ -25,7 +25,7 @@ const UNJUDGED: f64 = 1000.0;
 
 /// Order of the columns in the sums of products: one, time, gauges, and loads divided by full scale.
 #[derive(Clone, Debug)]
-pub(super) struct Shape {
+pub struct Shape {
     pub n_gauges: usize,
     pub axes: Vec<Axis>,
     pub full_scale: Vec<f64>,
@@ -70,14 +70,14 @@ impl Shape {
 }
 
 impl Unit {
-    pub(super) fn changed(&self, change: &Mat<f64>) -> Self {
+    pub fn changed(&self, change: &Mat<f64>) -> Self {
         Self { run: self.run, sums: changed(&self.sums, change) }
     }
 }
 
 /// Returns the sums of products after the columns were changed by a matrix. Each row of `change` makes one new column from
 /// the old ones.
-pub(super) fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
+pub fn changed(sums: &Mat<f64>, change: &Mat<f64>) -> Mat<f64> {
     change * sums * change.transpose()
 }
 
@@ -119,17 +119,17 @@ fn residual(
 }
 
 /// Returns the sum of products of two columns after subtraction of their means.
-pub(super) fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
+pub fn product(sums: &Mat<f64>, i: usize, j: usize) -> f64 {
     sums[(i, j)] - sums[(i, 0)] * sums[(0, j)] / sums[(0, 0)]
 }
 
-pub(super) fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
+pub fn sum<'a>(units: impl Iterator<Item = &'a Unit>, shape: &Shape) -> Mat<f64> {
     units.fold(Mat::zeros(shape.width(), shape.width()), |all, unit| all + &unit.sums)
 }
 
 /// Returns for each unit the sum of squared held-out errors, as shares of full scale, averaged over the axes. Runs are held
 /// out as a whole, or unit by unit if there are few runs, or if a run alone loads an axis.
-pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
+pub fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let n_runs = units.last().map_or(0, |unit| unit.run + 1);
     let by_run = |run: &usize| {
@@ -161,7 +161,7 @@ pub(super) fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {
 }
 
 /// Returns true if the others have loads in all directions in which one run has loads; see [`UNJUDGED`].
-pub(super) fn is_loaded(own: &Mat<f64>, others: &Mat<f64>, shape: &Shape) -> bool {
+pub fn is_loaded(own: &Mat<f64>, others: &Mat<f64>, shape: &Shape) -> bool {
     let first = shape.load(0);
     let loads = |sums: &Mat<f64>| -> Mat<f64> {
         let n = shape.axes.len();
@@ -178,14 +178,14 @@ fn with_one(columns: std::ops::Range<usize>) -> Vec<usize> {
 }
 
 /// Returns the root mean square of the held-out errors over the units of the wanted runs.
-pub(super) fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) -> bool) -> f64 {
+pub fn mean_error(errors: &[f64], units: &[Unit], wanted: impl Fn(usize) -> bool) -> f64 {
     let own = || units.iter().zip(errors).filter(|(unit, _)| wanted(unit.run));
     let n: f64 = own().map(|(unit, _)| unit.sums[(0, 0)]).sum();
     (own().map(|(_, error)| error).sum::<f64>() / n.max(1.0)).sqrt()
 }
 
 /// Returns the RMS error over all axes of the least-squares fit from gauges to loads with this number of constants.
-pub(super) fn fit_error(sums: &Mat<f64>, n_constants: usize, shape: &Shape) -> f64 {
+pub fn fit_error(sums: &Mat<f64>, n_constants: usize, shape: &Shape) -> f64 {
     let (inputs, outputs) = (with_one(shape.gauges()), shape.loads());
     let found = solved(sums.as_ref(), &inputs, outputs.clone());
     let squares = outputs
@@ -197,19 +197,14 @@ pub(super) fn fit_error(sums: &Mat<f64>, n_constants: usize, shape: &Shape) -> f
 }
 
 /// Returns the matrix of the least-squares fit from gauges to loads, without its constant: one row for each axis.
-pub(super) fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
+pub fn backward(sums: &Mat<f64>, shape: &Shape) -> Mat<f64> {
     let found = solved(sums.as_ref(), &with_one(shape.gauges()), shape.loads());
     Mat::from_fn(shape.axes.len(), shape.n_gauges, |axis, gauge| found[(1 + gauge, axis)])
 }
 
 /// Returns the mean excess of the predicted over the recorded load of an axis in `samples`, and the RMS error of the fit to
 /// `others`, by which the load is predicted. With too few samples for a prediction, the error is infinite.
-pub(super) fn excess(
-    others: &Mat<f64>,
-    samples: &Mat<f64>,
-    axis: usize,
-    shape: &Shape,
-) -> (f64, f64) {
+pub fn excess(others: &Mat<f64>, samples: &Mat<f64>, axis: usize, shape: &Shape) -> (f64, f64) {
     let (inputs, output) = (with_one(shape.gauges()), shape.load(axis));
     let found = solved(others.as_ref(), &inputs, output..output + 1);
     let freedom = others[(0, 0)] - inputs.len() as f64;
@@ -224,8 +219,8 @@ pub(super) fn excess(
 }
 
 /// Least-squares fit of the gauges to the loads: `gauge = map · [1, load]`.
-#[derive(Clone, Debug)]
-pub(super) struct Forward {
+#[derive(Debug)]
+pub struct Forward {
     /// One row for each gauge: its zero, then its slope along each load axis.
     pub map: Mat<f64>,
     /// Drift of each gauge's zero from the first to the last sample; empty if no drift is fitted.
@@ -289,7 +284,7 @@ impl Forward {
 
 /// Sums of products of columns minus a given mean: of the columns one and loads with each other, and of the gauges' residuals
 /// with these columns.
-pub(super) struct Moments {
+pub struct Moments {
     loads: Mat<f64>,
     rest: Mat<f64>,
 }
@@ -349,6 +344,6 @@ fn over_variances(one: &Mat<f64>, other: &Mat<f64>, variances: &[f64]) -> f64 {
     (0..one.nrows()).map(of_gauge).sum()
 }
 
-pub(super) fn column_means(sums: &Mat<f64>) -> Vec<f64> {
+pub fn column_means(sums: &Mat<f64>) -> Vec<f64> {
     (0..sums.ncols()).map(|at| sums[(0, at)] / sums[(0, 0)].max(f64::MIN_POSITIVE)).collect()
 }

@@ -51,7 +51,7 @@ struct Row {
 
 impl Rig {
     /// Returns findings of tables whose zeros differ between blocks of rows.
-    pub(super) fn mountings(&self, recordings: &[&Recording]) -> Vec<Finding> {
+    pub fn mountings(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let tables = recordings.chunk_by(|a, b| are_of_one_table(a, b));
         tables
             .filter(|cases| cases.len() > 1)

@@ -24,12 +24,12 @@ use crate::{
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
 const UNITS: [(f64, &str); 6] = [
-    (4.448_221_6, "pounds-force taken for newtons would explain it"),
-    (9.806_65, "kilograms-force taken for newtons would explain it"),
-    (1000.0, "a unit that is a thousand times as large or as small would explain it"),
-    (8.850_746, "pound-inches taken for newton metres would explain it"),
-    (1.355_818, "pound-feet taken for newton metres would explain it"),
-    (100.0, "centimetres taken for metres would explain it"),
+    (4.448_221_6, "pounds-force taken for newtons"),
+    (9.806_65, "kilograms-force taken for newtons"),
+    (1000.0, "a unit that is a thousand times as large or as small"),
+    (8.850_746, "pound-inches taken for newton metres"),
+    (1.355_818, "pound-feet taken for newton metres"),
+    (100.0, "centimetres taken for metres"),
 ];
 /// Maximum relative deviation of a found factor from the factor between two units, or from −1, for which the report names the
 /// confused units or the reversed sign.
@@ -161,7 +161,8 @@ impl Contradiction {
             Where::All => String::new(),
         };
         let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
-        let unit = self.unit().filter(|_| value > 0.0).map(|own| format!("{own}; "));
+        let unit =
+            self.unit().filter(|_| value > 0.0).map(|own| format!("{own} would explain it; "));
         let figures = format!(
             "{}the held-out error is {with} % of full scale, and {without} % after correction of this fault",
             unit.unwrap_or_default()
@@ -185,7 +186,7 @@ impl Contradiction {
 }
 
 /// Returns the finding that recordings contain the same samples of gauges and loads.
-pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
+pub fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
     let mut known: HashMap<Vec<u64>, &Recording> = HashMap::new();
     let mut pairs = Vec::new();
     for own in recordings.iter().filter(|own| own.n_samples() > 1) {
@@ -205,7 +206,7 @@ pub(crate) fn same_samples(recordings: &[&Recording]) -> Option<Finding> {
 
 /// Returns the finding of [`lag`] with its cost converted from a share of the error to a share of full scale, by the errors
 /// of a calibration.
-pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
+pub fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding {
     let errors = calibration.quality.compensated.train_rmse.iter().flatten();
     let of_scale = errors.zip(&calibration.full_scale).filter(|(_, full_scale)| **full_scale > 0.0);
     let error = of_scale.map(|(error, full_scale)| error / full_scale).fold(0.0, f64::max);
@@ -214,10 +215,7 @@ pub(crate) fn lag_of_fit(found: &Finding, calibration: &Calibration) -> Finding 
 
 /// Returns the finding that gauges lag behind the reference or are ahead of it. The cost of the finding is the share of the
 /// error that the lag explains.
-pub(crate) fn lag(
-    training: &[&Recording],
-    progress: &Progress,
-) -> Result<Option<Finding>, Cancelled> {
+pub fn lag(training: &[&Recording], progress: &Progress) -> Result<Option<Finding>, Cancelled> {
     let mut n = 0;
     let moving = training.iter().filter(|own| !own.is_static()).take_while(|own| {
         n += own.n_samples();
@@ -251,10 +249,8 @@ pub(crate) fn lag(
         .filter_map(|(name, own)| Some((name, own.ok().filter(differs)?)))
         .map(|(name, own)| format!("{name} {} s", significant(own.seconds, 2)))
         .collect();
-    let (way, size) = match worst.seconds > 0.0 {
-        true => ("behind", worst.seconds),
-        false => ("ahead of", -worst.seconds),
-    };
+    let (way, size) =
+        if worst.seconds > 0.0 { ("behind", worst.seconds) } else { ("ahead of", -worst.seconds) };
     let seen = format!(
         "the gauges are {way} the reference by {} s, which is {} samples",
         significant(size, 2),

@@ -76,7 +76,7 @@ struct Change {
 
 impl Rig {
     /// Returns findings of zeros that drift or jump within one of these recordings.
-    pub(super) fn changes_within(
+    pub fn changes_within(
         &self,
         recordings: &[&Recording],
         progress: &Progress,

@@ -1,20 +1,18 @@
 //! Least squares of values in rows that belong to groups, and the best step in the order of the rows.
 
+use crate::dot::dot;
+
 /// Share of a column's length that must be independent of the known columns.
 const INDEPENDENT: f64 = 1e-3;
 
 /// Values of rows in order, after subtraction of the mean of each group of rows and of all that known columns explain.
-pub(super) struct Steps {
+pub struct Steps {
     groups: Vec<usize>,
     sizes: Vec<f64>,
     /// Orthogonal columns of length one.
     known: Vec<Vec<f64>>,
     /// What is left of each column of values.
     left: Vec<Vec<f64>>,
-}
-
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Steps {
@@ -41,10 +39,10 @@ impl Steps {
         let length = column.iter().map(|value| (value - column[0]).powi(2)).sum::<f64>().sqrt();
         // The second round removes rounding errors.
         for known in self.known.iter().chain(&self.known) {
-            let factor = product(known, &part);
+            let factor = dot(known, &part);
             part.iter_mut().zip(known).for_each(|(value, known)| *value -= factor * known);
         }
-        let rest = product(&part, &part).sqrt();
+        let rest = dot(&part, &part).sqrt();
         part.iter_mut().for_each(|value| *value /= rest);
         (rest > INDEPENDENT * length).then_some(part)
     }
@@ -53,7 +51,7 @@ impl Steps {
     pub fn explain(&mut self, column: &[f64]) -> bool {
         let Some(part) = self.independent(column) else { return false };
         for left in &mut self.left {
-            let factor = product(&part, left);
+            let factor = dot(&part, left);
             left.iter_mut().zip(&part).for_each(|(value, part)| *value -= factor * part);
         }
         self.known.push(part);
@@ -68,18 +66,18 @@ impl Steps {
 
     /// Returns the sum of squares that is left of each column of values.
     pub fn squares(&self) -> Vec<f64> {
-        self.left.iter().map(|left| product(left, left)).collect()
+        self.left.iter().map(|left| dot(left, left)).collect()
     }
 
     /// Returns by how much a column reduces the squares of the first column of values.
     pub fn gain(&self, column: &[f64]) -> f64 {
-        self.independent(column).map_or(0.0, |part| product(&part, &self.left[0]).powi(2))
+        self.independent(column).map_or(0.0, |part| dot(&part, &self.left[0]).powi(2))
     }
 
     /// Returns the size of a column in the first of these values, if it is independent.
     pub fn size(&self, column: &[f64]) -> Option<f64> {
         let part = self.independent(column)?;
-        Some(product(&part, &self.left[0]) / product(&part, column))
+        Some(dot(&part, &self.left[0]) / dot(&part, column))
     }
 
     /// Calls `visit` for each step, from the last row on, with its first row and the reduction of each column's squares. Steps
@@ -96,7 +94,7 @@ impl Steps {
             counts[group] += 1.0;
             along.iter_mut().zip(&self.known).for_each(|(sum, known)| *sum += known[row]);
             sums.iter_mut().zip(&self.left).for_each(|(sum, left)| *sum += left[row]);
-            let independent = squares - product(&along, &along);
+            let independent = squares - dot(&along, &along);
             if independent >= least {
                 let all = gains.iter_mut().zip(&sums);
                 all.for_each(|(gain, sum)| *gain = sum * sum / independent);
@@ -107,7 +105,7 @@ impl Steps {
 }
 
 /// Returns the column of a step at a row.
-pub(super) fn step_at(row: usize, n: usize) -> Vec<f64> {
+pub fn step_at(row: usize, n: usize) -> Vec<f64> {
     (0..n).map(|k| if k >= row { 1.0 } else { 0.0 }).collect()
 }
 

@@ -1,9 +1,14 @@
-use super::super::ati;
-use super::super::cells::{
-    Cells, decimal_comma_number, delimiter_of_header, is_skipped, number, unmistakable_number,
+use super::{
+    super::{
+        ati,
+        cells::{
+            Cells, decimal_comma_number, delimiter_of_header, is_skipped, number,
+            unmistakable_number,
+        },
+        times::TimeForm,
+    },
+    start::{Line, first_lines, names, unbracketed},
 };
-use super::super::times::TimeForm;
-use super::start::{Line, first_lines, names, unbracketed};
 use crate::formats::{
     column_name::{ColumnName, Kind, is_known_unit},
     text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands},
@@ -13,7 +18,7 @@ use crate::formats::{
 const HEADER_LIMIT: usize = 60;
 
 /// Detects the layout of a table from its first lines; `None` if all of them are blank or comments.
-pub(crate) fn detect(head: &[u8]) -> Option<TextLayout> {
+pub fn detect(head: &[u8]) -> Option<TextLayout> {
     let all = first_lines(head, 0);
     let lines: Vec<Line> = all.iter().copied().filter(|line| !is_skipped(line.text)).collect();
     lines.first()?;
@@ -152,12 +157,12 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
 }
 
 /// Returns the cells of a line; `None` if all of them are values.
-pub(crate) fn words(text: &[u8]) -> Option<Vec<String>> {
+pub fn words(text: &[u8]) -> Option<Vec<String>> {
     (!holds_only_values(text)).then(|| names(text, delimiter_of_header(text)))
 }
 
 /// Returns true if these cells name a time column, and a gauge or a load.
-pub(crate) fn is_header(cells: &[String]) -> bool {
+pub fn is_header(cells: &[String]) -> bool {
     let kinds: Vec<Kind> = cells.iter().filter_map(|cell| ColumnName::parse(cell).kind).collect();
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
@@ -213,7 +218,7 @@ fn is_note(text: &[u8]) -> bool {
 }
 
 /// Returns true if a line below the header holds units: at least one known unit and no values.
-pub(crate) fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
+pub fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
     let cells = names(text, delimiter);
     let (n_values, _) = counts(text, delimiter);
     n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
@@ -257,7 +262,7 @@ fn decimal_of(lines: &[Line], delimiter: Delimiter) -> Decimal {
 
 /// Returns the names in the last comment above the first row, if the comment names each column, among them a time and a
 /// gauge or load.
-pub(super) fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
+pub fn names_in_comment(all: &[Line], delimiter: Delimiter) -> Option<Vec<String>> {
     let row = all.iter().position(|line| !is_skipped(line.text))?;
     let n_cells = Cells::new(all[row].text, delimiter).count();
     let is_filled = |line: &&Line| !line.text.trim_ascii().is_empty();

@@ -8,14 +8,16 @@ pub(crate) use detect::{detect, is_header, is_units_row, words};
 
 pub(super) use self::start::names;
 use self::start::{first_lines, unbracketed};
-use super::ati;
-use super::cells::{Cells, is_skipped, lines};
-use super::written::{Preamble, TextLayout};
+use super::{
+    ati,
+    cells::{Cells, is_skipped, lines},
+    written::{Preamble, TextLayout},
+};
 use crate::formats::{column_name::ColumnName, columns::Sample};
 
 /// Position and header of a table in its file, if the file has a given layout.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Head {
+#[derive(Debug, Default)]
+pub struct Head {
     /// Number of the line with the header, or with the first row if there is no header.
     pub line: u64,
     /// Names of the columns in the header; empty without a header.
@@ -52,7 +54,7 @@ impl Head {
 }
 
 /// Finds the header or the first row of a table in the first bytes of a file; `None` if the layout does not fit.
-pub(crate) fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
+pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
     let all = first_lines(head, layout.skip_rows);
     let ati = match layout.preamble {
         Some(Preamble::AtiNetFt) => Some(ati::Preamble::of(all.iter().map(|line| line.text))?),
@@ -118,7 +120,7 @@ fn under_groups(above: &[String], below: &[String]) -> Option<Vec<String>> {
     has_group.then_some(names)
 }
 
-pub(crate) fn sample<'a>(
+pub fn sample<'a>(
     head: &'a [u8],
     layout: &TextLayout,
     start: &Head,
@@ -135,7 +137,7 @@ pub(crate) fn sample<'a>(
 }
 
 /// Returns the position behind the first lines, which are inspected, and the mean length of these lines (bytes).
-pub(crate) fn inspected(head: &[u8]) -> (usize, usize) {
+pub fn inspected(head: &[u8]) -> (usize, usize) {
     let lines = first_lines(head, 0);
     let end = lines.last().map_or(0, |line| line.end);
     (end, end / lines.len().max(1))

@@ -19,7 +19,7 @@ use crate::formats::{
 const INSPECTED_LINES: usize = 200;
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line<'a> {
+pub struct Line<'a> {
     pub number: u64,
     /// Position in the file where the line after this one starts (bytes).
     pub end: usize,
@@ -28,7 +28,7 @@ pub(super) struct Line<'a> {
 
 /// Returns the first lines of a file up to the last one that is inspected. The first `n_skipped` lines are returned too, but
 /// do not count towards the limit.
-pub(super) fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
+pub fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     let mut start = 0;
     let mut n_significant = 0;
@@ -89,7 +89,7 @@ fn decoded(text: &[u8]) -> Cow<'_, str> {
         .unwrap_or_else(|| WINDOWS_1252.decode_without_bom_handling(text).0)
 }
 
-pub(super) fn unbracketed(cell: &str) -> &str {
+pub fn unbracketed(cell: &str) -> &str {
     let inside = |open, close| cell.strip_prefix(open)?.strip_suffix(close);
     inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim()
 }

@@ -4,14 +4,14 @@ use std::io;
 
 use super::MapWriter;
 use crate::{
-    calibration::Scores,
     export::FileFormat,
-    formats::csv::CsvWriter,
-    questions::thresholds::{Measure, ThresholdMap},
+    features::Thresholds,
+    questions::thresholds::{Along, Measure, ThresholdMap},
+    report::{Cell, Column, Table},
     scoring::score_set::ScoreSet,
 };
 
-pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
+pub const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Delimited text",
     ending: "csv",
     holds: "every number",
@@ -30,49 +30,42 @@ pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
 /// # Errors
 /// The I/O errors of `out`.
 pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::Result<()> {
-    let mut csv = CsvWriter::new(out);
-    let groups: Vec<Measure> = (map.scale.measures().into_iter())
-        .filter(|measure| !matches!(measure, Measure::Axis(_)))
-        .collect();
-    let mut head = ["f_th", "t_th", "set"].map(str::to_owned).to_vec();
-    let axes = map.scale.axes.iter();
-    head.extend(axes.map(|axis| axis.label()));
-    head.extend(groups.iter().map(|group| {
-        let (label, unit) = (group.label(&map.scale), group.unit(&map.scale));
-        format!("{label} [{unit}]")
-    }));
-    csv.row(&head)?;
-    let mut write = |thresholds: [String; 2], scores: &Scores| -> io::Result<()> {
-        for set in ScoreSet::ALL {
-            let Some(rmse) = set.rmse(scores) else {
-                continue;
-            };
-            let mut record = thresholds.to_vec();
-            record.push(set.label().to_owned());
-            record.extend(rmse.iter().map(f64::to_string));
-            record.extend(groups.iter().map(|group| {
-                let value = group.of_rmse(&map.scale, rmse);
-                value.map_or_else(String::new, |value| value.to_string())
-            }));
-            csv.row(&record)?;
-        }
-        Ok(())
+    let is_group = |measure: &Measure| !matches!(measure, Measure::Axis(_));
+    let groups = map.scale.measures().into_iter().filter(is_group);
+    let points = map.points().map(|(at, point)| (Some(at), &point.scores));
+    let all = std::iter::once((None, &map.conventional.scores)).chain(points);
+    let rows = all.flat_map(|(at, scores)| {
+        let sets = ScoreSet::ALL.into_iter();
+        sets.filter_map(move |set| Some((at, set, set.rmse(scores)?)))
+    });
+    let of = |at: &Option<Thresholds>, along: Along| {
+        at.map_or_else(String::new, |at| along.of(at).to_string())
     };
-    write([String::new(), String::new()], &map.conventional.scores)?;
-    for f_at in 0..map.grid.f_ths.len() {
-        for t_at in 0..map.grid.t_ths_secs.len() {
-            if let Some(point) = map.point(f_at, t_at) {
-                let at = map.thresholds(f_at, t_at);
-                write([at.f_th.to_string(), at.t_th_secs.to_string()], &point.scores)?;
-            }
-        }
-    }
-    csv.flush()
+    Table::of(rows)
+        .words("f_th", |(at, ..)| of(at, Along::F))
+        .words("t_th", |(at, ..)| of(at, Along::T))
+        .words("set", |(_, set, _)| set.label())
+        .columns(
+            map.scale.axes.iter().enumerate(),
+            |(_, axis)| Column::words(axis.label()),
+            |(.., rmse), (at, _)| Cell::words(rmse[*at].to_string()),
+        )
+        .columns(
+            groups,
+            |group| Column::words(group.label(&map.scale)).unit(group.unit(&map.scale)),
+            |(.., rmse), group| {
+                let value = group.of_rmse(&map.scale, rmse);
+                Cell::words(value.map_or_else(String::new, |value| value.to_string()))
+            },
+        )
+        .table("", "")
+        .write_csv(out)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::Scores;
     use crate::features::Distance;
     use crate::questions::thresholds::scorer::PointScores;
     use crate::questions::thresholds::{MeasureScale, ThresholdGrid};

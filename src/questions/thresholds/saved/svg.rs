@@ -14,7 +14,7 @@ use crate::{
 
 /// Format with three files: the map of cross-validation errors, and the curves of the error against F_th (`<name>_f_th.svg`)
 /// and against t_th (`<name>_t_th.svg`) through the suggested pair.
-pub(super) const FORMAT: FileFormat<MapWriter> = FileFormat {
+pub const FORMAT: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
     holds: "the map of errors, and the curves of the error against each threshold",

@@ -18,7 +18,7 @@ use crate::{
             travels::{MOST_UNKNOWN, Travels},
         },
         error::AnalysisError,
-        thresholds::{measure::Measure, study::prepared::Study, suggestion::NoSuggestion},
+        thresholds::{measure::Measure, study::prepared::Study},
     },
     scoring::left_out::LeftOut,
 };
@@ -169,7 +169,7 @@ impl Bench {
         progress: &Progress,
     ) -> Result<Self, AnalysisError> {
         let (data, blank) = (&study.data, &study.blank);
-        let weights = measure.weights(&study.scale()).ok_or(NoSuggestion::NoAxis)?;
+        let weights = measure.weights(&study.scale()).ok_or(AnalysisError::NoSuchAxis)?;
         let features = with_values(&blank.features, block, candidates);
         features.check_columns(blank.gauges.len())?;
         let past: Vec<_> = (data.entries.par_iter().zip(&*study.paths))
@@ -197,7 +197,7 @@ impl Bench {
         })
     }
 
-    fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, NoSuggestion> {
+    fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, AnalysisError> {
         let by_value = chosen.iter().flat_map(|at| &self.by_value[*at]);
         let train = &self.sums.train;
         let used: Vec<usize> = self.others.iter().chain(by_value).copied().collect();

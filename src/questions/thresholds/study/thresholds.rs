@@ -90,7 +90,7 @@ impl Study {
 
     /// Checks that enough samples remain for the fit when cross-validation leaves out a part. An automatic ridge counts as
     /// zero, because the strength zero may be chosen.
-    pub(super) fn check_parts(
+    pub(crate) fn check_parts(
         &self,
         part_samples: &[u64],
         kinds: impl Iterator<Item = ColumnKind>,
