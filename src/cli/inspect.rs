@@ -1,25 +1,25 @@
 //! `loopscope inspect`: describes a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use super::error::{JobError, failed, usage};
 use super::inputs::Files;
-use super::reading::{ReadArgs, not_recording};
-use super::run::{Run, Work, examples};
+use super::reading::{Needs, Rated, ReadArgs, not_recording};
+use super::run::{Run, Work, examples, make_directory};
 use super::values::named_file;
 use crate::{
-    export::write_atomically,
+    export::{Together, write_atomically},
     finding::Face,
-    formats::{self, text::Decimal},
+    formats::{self, csv::write_csv, text::Decimal},
     import::{
         estimate_weight,
         inspect::{Check, Inspection, Known, TableReport, inspect},
         pose::WeightEstimate,
     },
-    recording::Axis,
+    recording::{Axis, Recording},
     report::Table,
     shown::{and_more, counted, message, number, printable},
 };
@@ -29,6 +29,7 @@ use crate::{
 #[command(after_help = examples(&[
     ("loopscope inspect press.csv", "shows the recordings that would be loaded"),
     ("loopscope inspect log.mat --write-map map.json", "writes a column map to correct by hand"),
+    ("loopscope inspect log.mcap --out recordings", "writes each recording as a CSV file"),
 ]))]
 pub struct InspectJob {
     #[arg(required = true, value_name = "FILE", value_parser = named_file(),
@@ -40,8 +41,12 @@ pub struct InspectJob {
     /// --columns. Needs a single input file.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
-    /// Overwrite an existing column map.
-    #[arg(long, requires = "write_map")]
+    /// Write each recording as a CSV file to this folder: times, gauges, loads in N and N·m, and auxiliary channels, as the
+    /// program reads them. A missing folder is created.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
     force: bool,
     /// Only estimate the weight that the sensor carries, from the poses and the measured loads in one file.
     #[arg(long)]
@@ -61,6 +66,9 @@ impl Work for InspectJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         let map = self.read.map()?;
         let inputs = &run.inputs.recordings;
+        if let Some(out) = &self.out {
+            self.write_recordings(run, out)?;
+        }
         let of = inputs.len();
         let for_one = [
             (self.write_map.is_some(), "--write-map"),
@@ -124,6 +132,23 @@ impl Work for InspectJob {
         } else {
             Ok(())
         }
+    }
+}
+
+impl InspectJob {
+    fn write_recordings(&self, run: &Run, out: &Path) -> Result<(), JobError> {
+        make_directory(out)?;
+        let (inputs, rated) = (&run.inputs.recordings, Rated::default());
+        let recordings = self.read.read(run, inputs, &rated, Needs::Nothing)?;
+        let name = |recording: &Recording| recording.name().replace(['/', '\\', ':'], "_");
+        let paths = recordings.iter().map(|one| out.join(format!("{}.csv", name(one))));
+        let paths: Vec<PathBuf> = paths.collect();
+        run.check_outputs(&paths, self.force)?;
+        let mut written = Together::default();
+        for (recording, path) in recordings.iter().zip(&paths) {
+            written.write(path, |mut out| write_csv(recording, &mut out))?;
+        }
+        Ok(written.finish()?)
     }
 }
 

@@ -1,0 +1,122 @@
+//! `loopscope plot`: writes the figures of a fit as SVG files.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::error::{JobError, usage};
+use super::inputs::Files;
+use super::recordings::{FitArgs, FitInputs, MeasuringArgs};
+use super::run::{Run, Work, examples};
+use super::values::named_file;
+use crate::{
+    export::Together,
+    questions::{
+        loops::{FiguresOf, Inks, LoopPlot, LoopView},
+        page::{ReportData, ReportRequest, report},
+    },
+    report::figure::{Figure, STANDS_ALONE, stacked_svg},
+};
+
+/// Fit a calibration, and write its figures as SVG files.
+#[derive(Debug, Args)]
+#[command(after_help = examples(&[
+    ("loopscope plot day1.csv day2.csv --loops loops.svg", "draws the hysteresis loops of each axis before and after compensation"),
+    ("loopscope plot --train day1.csv --test day2.csv --traces errors.svg --thresholds thresholds.svg", "draws the errors over time, and over each threshold"),
+]))]
+pub struct PlotJob {
+    /// Training recordings [default: those of the built-in simulated sensor].
+    #[arg(value_name = "FILE", conflicts_with = "train", value_parser = named_file())]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    fit: FitArgs,
+    #[command(flatten)]
+    measuring: MeasuringArgs,
+    /// Draw the error of each axis over its load, before and after compensation, to this SVG file. The loops are measured on the
+    /// test recordings, or without any on the training recordings. If a time lag explains much of a loop, a second figure shows
+    /// the loop without the lag.
+    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    loops: Option<PathBuf>,
+    /// Draw the errors of each axis over time to this SVG file, for the recording with the largest errors.
+    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    traces: Option<PathBuf>,
+    /// Draw the errors over each threshold of the look-back to this SVG file. `sweep --svg` draws the map over both.
+    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    thresholds: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
+    force: bool,
+}
+
+impl PlotJob {
+    fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        self.loops.iter().chain(&self.traces).chain(&self.thresholds)
+    }
+}
+
+impl Work for PlotJob {
+    fn files(&self) -> Files<'_> {
+        let named = self.fit.files();
+        let files =
+            if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } };
+        files.writing(self.outputs(), self.force)
+    }
+
+    fn run(&self, run: &Run) -> Result<(), JobError> {
+        if self.outputs().next().is_none() {
+            return usage("no figure is named; use --loops, --traces or --thresholds FILE.svg");
+        }
+        let is_svg = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == "svg");
+        if let Some(other) = self.outputs().find(|path| !is_svg(path)) {
+            let name = other.display();
+            return usage(format!(
+                "{name}: figures are SVG files; choose a name that ends in .svg"
+            ));
+        }
+        let FitInputs { mut request, sensor, .. } = self.fit.read(run)?;
+        self.fit.choose_history(run, &mut request)?;
+        let asked = ReportRequest {
+            identity: sensor.identity,
+            measuring: self.measuring.settings(),
+            ..ReportRequest::of(request)
+        };
+        let data = report(&asked, &run.progress)?;
+        let mut written = Together::default();
+        let mut write = |path: &Option<PathBuf>, figures: &dyn Fn() -> Found| match path {
+            None => Ok(()),
+            Some(path) => write_figures(&mut written, path, figures()),
+        };
+        write(&self.loops, &|| loops(&data))?;
+        write(&self.traces, &|| match &data.errors {
+            Some(errors) => Ok(errors.figures.clone()),
+            None => Err("no recording has a reference load".to_owned()),
+        })?;
+        write(&self.thresholds, &|| data.thresholds.clone().map(|curves| curves.plots))?;
+        written.finish()?;
+        self.outputs().try_for_each(|path| run.print_path(path))
+    }
+}
+
+/// Figures, or the reason why there are none.
+type Found<'a> = Result<Vec<Figure<'a>>, String>;
+
+/// Returns the loops of all axes that have any.
+fn loops(data: &ReportData) -> Found<'_> {
+    let figure =
+        |plot| LoopView::of_all(plot, ("", ""), FiguresOf::Mean).figure(&Inks::PRINT, None);
+    let plots: Vec<&LoopPlot> = data.loops.iter().flatten().flatten().collect();
+    match data.loops.iter().find_map(|found| found.as_ref().err()) {
+        Some(reason) if plots.is_empty() => Err(reason.clone()),
+        _ => Ok(plots.into_iter().map(figure).collect()),
+    }
+}
+
+fn write_figures(written: &mut Together, path: &Path, figures: Found<'_>) -> Result<(), JobError> {
+    let why = |reason| JobError::NotMet(format!("{}: not written: {reason}", path.display()));
+    let figures = match figures {
+        Ok(figures) if figures.is_empty() => Err(why("no axis has a figure".to_owned())),
+        figures => figures.map_err(why),
+    }?;
+    let svg = stacked_svg(&figures, STANDS_ALONE);
+    Ok(written.write(path, |out| out.write_all(svg.as_bytes()))?)
+}
