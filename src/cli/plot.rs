@@ -82,16 +82,17 @@ impl Work for PlotJob {
         };
         let data = report(&asked, &run.progress)?;
         let mut written = Together::default();
-        let mut write = |path: &Option<PathBuf>, figures: &dyn Fn() -> Found| match path {
-            None => Ok(()),
-            Some(path) => write_figures(&mut written, path, figures()),
-        };
-        write(&self.loops, &|| loops(&data))?;
-        write(&self.traces, &|| match &data.errors {
-            Some(errors) => Ok(errors.figures.clone()),
-            None => Err("no recording has a reference load".to_owned()),
-        })?;
-        write(&self.thresholds, &|| data.thresholds.clone().map(|curves| curves.plots))?;
+        let traces = data.errors.as_ref().map(|errors| errors.figures.clone());
+        let figures = [
+            (&self.loops, loops(&data)),
+            (&self.traces, traces.ok_or_else(|| "no recording has a reference load".to_owned())),
+            (&self.thresholds, data.thresholds.clone().map(|curves| curves.plots)),
+        ];
+        for (path, figures) in figures {
+            if let Some(path) = path {
+                write_figures(&mut written, path, figures)?;
+            }
+        }
         written.finish()?;
         self.outputs().try_for_each(|path| run.print_path(path))
     }
