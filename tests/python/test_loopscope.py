@@ -162,6 +162,12 @@ def test_text_and_dates_reach_the_program():
     assert abs(found["check"]["recordings"][0]["rate_hz"] - 20) < 1e-6
 
 
+def test_names_that_numpy_saves_in_latin_1_are_read(tmp_path):
+    for name, table in TRAIN.items():
+        np.save(tmp_path / f"{name}.npy", np.rec.fromarrays(list(table.values()), dtype=[(key, "<f8") for key in table]))
+    assert loopscope.fit(tmp_path).axes == AXES
+
+
 def test_options_are_those_of_the_command_line():
     cal = loopscope.fit(TRAIN, look_back="none", play=[0.2, 0.5], no_offset=True, full_scale=[20, 1], tare=None)
     assert cal.data["features"]["play_radii"] == [0.2, 0.5] and cal.data["features"]["look_backs"] == []

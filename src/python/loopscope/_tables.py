@@ -90,7 +90,7 @@ def write(frame: Frame, folder: Path, name: str) -> Path:
             rows[key] = column
         path = folder / f"{name}.npy"
         with open(path, "wb") as out:
-            np.lib.format.write_array(out, rows, version=(3, 0))  # this version keeps names such as "Mx [N·m]"
+            np.lib.format.write_array(out, rows, version=(3, 0))  # names in UTF-8, such as "Mx [N·m]"
         return path
     path = folder / f"{name}.csv"
     with open(path, "w", encoding="utf-8", newline="") as out:
