@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::error::{JobError, usage};
 use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, MeasuringArgs};
+use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
 use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::{
@@ -73,10 +73,11 @@ impl Work for PlotJob {
                 "{name}: figures are SVG files; choose a name that ends in .svg"
             ));
         }
-        let FitInputs { mut request, sensor, .. } = self.fit.read(run)?;
+        let FitInputs { mut request, sensor, limits } = self.fit.read(run)?;
         self.fit.choose_history(run, &mut request)?;
         let asked = ReportRequest {
             identity: sensor.identity,
+            limits,
             measuring: self.measuring.settings(),
             ..ReportRequest::of(request)
         };
@@ -94,7 +95,8 @@ impl Work for PlotJob {
             }
         }
         written.finish()?;
-        self.outputs().try_for_each(|path| run.print_path(path))
+        self.outputs().try_for_each(|path| run.print_path(path))?;
+        keep_limits(&data.limits)
     }
 }
 
