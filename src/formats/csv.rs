@@ -58,6 +58,8 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
     let mut table = CsvWriter::new(out);
     let (axes, auxiliary) = (recording.axes(), recording.auxiliary());
     let is_timed = !recording.is_static();
+    // The reader puts the name of the column before the value.
+    let group = recording.group().map(|group| group.strip_prefix("group ").unwrap_or(group));
     let time = is_timed.then(|| "t [s]".to_owned());
     let auxiliary_label = |(name, unit): (&String, &String)| {
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
@@ -66,7 +68,7 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
         .chain(recording.gauge_names().iter().cloned())
         .chain(axes.iter().map(|axis| axis.label()))
         .chain(auxiliary.names().iter().zip(auxiliary.units()).map(auxiliary_label))
-        .chain(recording.group().map(|_| "group".to_owned()));
+        .chain(group.map(|_| "group".to_owned()));
     table.row(header)?;
     for (k, time) in recording.times().iter().enumerate() {
         let loads = &recording.loads()[k * axes.len()..(k + 1) * axes.len()];
@@ -74,8 +76,7 @@ pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> 
             .chain(recording.gauges_at(k))
             .chain(loads)
             .chain(auxiliary.at(k));
-        let group = recording.group().map(str::to_owned);
-        table.row(numbers.map(f64::to_string).chain(group))?;
+        table.row(numbers.map(f64::to_string).chain(group.map(str::to_owned)))?;
     }
     table.flush()
 }
