@@ -1,25 +1,25 @@
 //! `loopscope inspect`: describes a file and the recordings that it would load, and writes a column map.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use super::error::{JobError, failed, usage};
 use super::inputs::Files;
 use super::reading::{Needs, Rated, ReadArgs, not_recording};
-use super::run::{Run, Work, examples, make_directory};
+use super::run::{Run, Work, examples};
 use super::values::named_file;
 use crate::{
-    export::{Together, write_atomically},
+    export::write_atomically,
     finding::Face,
-    formats::{self, csv::write_csv, text::Decimal},
+    formats::{self, text::Decimal},
     import::{
         estimate_weight,
         inspect::{Check, Inspection, Known, TableReport, inspect},
         pose::WeightEstimate,
     },
-    recording::{Axis, Recording},
+    recording::Axis,
     report::Table,
     shown::{and_more, counted, message, number, printable},
 };
@@ -67,7 +67,8 @@ impl Work for InspectJob {
         let map = self.read.map()?;
         let inputs = &run.inputs.recordings;
         if let Some(out) = &self.out {
-            self.write_recordings(run, out)?;
+            let recordings = self.read.read(run, inputs, &Rated::default(), Needs::Nothing)?;
+            run.write_recordings(out, &recordings, None, self.force)?;
         }
         let of = inputs.len();
         let for_one = [
@@ -132,23 +133,6 @@ impl Work for InspectJob {
         } else {
             Ok(())
         }
-    }
-}
-
-impl InspectJob {
-    fn write_recordings(&self, run: &Run, out: &Path) -> Result<(), JobError> {
-        make_directory(out)?;
-        let (inputs, rated) = (&run.inputs.recordings, Rated::default());
-        let recordings = self.read.read(run, inputs, &rated, Needs::Nothing)?;
-        let name = |recording: &Recording| recording.name().replace(['/', '\\', ':'], "_");
-        let paths = recordings.iter().map(|one| out.join(format!("{}.csv", name(one))));
-        let paths: Vec<PathBuf> = paths.collect();
-        run.check_outputs(&paths, self.force)?;
-        let mut written = Together::default();
-        for (recording, path) in recordings.iter().zip(&paths) {
-            written.write(path, |mut out| write_csv(recording, &mut out))?;
-        }
-        Ok(written.finish()?)
     }
 }
 

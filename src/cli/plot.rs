@@ -56,10 +56,7 @@ impl PlotJob {
 
 impl Work for PlotJob {
     fn files(&self) -> Files<'_> {
-        let named = self.fit.files();
-        let files =
-            if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } };
-        files.writing(self.outputs(), self.force)
+        self.fit.files().or_these(&self.files).writing(self.outputs(), self.force)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
