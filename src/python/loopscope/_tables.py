@@ -65,11 +65,10 @@ def files(recordings: Optional[Recordings], folder: Path) -> Iterator[str]:
     """Returns absolute paths of the recordings. Frames are written to files in the folder first."""
     if recordings is None:
         return
-    if is_path(recordings) or is_frame(recordings):
-        recordings = [recordings]
-    if not isinstance(recordings, Mapping):
-        recordings = {f"recording_{at}": one for at, one in enumerate(recordings, 1)}
-    for name, one in recordings.items():
+    several: Any = [recordings] if is_path(recordings) or is_frame(recordings) else recordings
+    if not isinstance(several, Mapping):
+        several = {f"recording_{at}": one for at, one in enumerate(several, 1)}
+    for name, one in several.items():
         yield os.path.abspath(one) if is_path(one) else str(write(one, folder, str(name)))
 
 
