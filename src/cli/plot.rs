@@ -8,7 +8,7 @@ use super::error::{JobError, usage};
 use super::inputs::Files;
 use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits};
 use super::run::{Run, Work, examples};
-use super::values::named_file;
+use super::values::{file_in, named_file};
 use crate::{
     export::Together,
     questions::{
@@ -35,13 +35,13 @@ pub struct PlotJob {
     /// Draw the error of each axis over its load, before and after compensation, to this SVG file. The loops are measured on the
     /// test recordings, or without any on the training recordings. If a time lag explains much of a loop, a second figure shows
     /// the loop without the lag.
-    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    #[arg(long, value_name = "FILE.svg", value_parser = file_in(&["svg"]))]
     loops: Option<PathBuf>,
     /// Draw the errors of each axis over time to this SVG file, for the recording with the largest errors.
-    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    #[arg(long, value_name = "FILE.svg", value_parser = file_in(&["svg"]))]
     traces: Option<PathBuf>,
     /// Draw the errors over each threshold of the look-back to this SVG file. `sweep --svg` draws the map over both.
-    #[arg(long, value_name = "FILE.svg", value_parser = named_file())]
+    #[arg(long, value_name = "FILE.svg", value_parser = file_in(&["svg"]))]
     thresholds: Option<PathBuf>,
     /// Overwrite existing files.
     #[arg(long)]
@@ -62,13 +62,6 @@ impl Work for PlotJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         if self.outputs().next().is_none() {
             return usage("no figure is named; use --loops, --traces or --thresholds FILE.svg");
-        }
-        let is_svg = |path: &&PathBuf| path.extension().is_some_and(|ending| ending == "svg");
-        if let Some(other) = self.outputs().find(|path| !is_svg(path)) {
-            let name = other.display();
-            return usage(format!(
-                "{name}: figures are SVG files; choose a name that ends in .svg"
-            ));
         }
         let FitInputs { mut request, sensor, limits } = self.fit.read(run)?;
         self.fit.choose_history(run, &mut request)?;
