@@ -21,26 +21,8 @@ trap end EXIT
 fail() { echo "package-test: $1" >&2; exit 1; }
 inside() { chroot "$root" /usr/bin/env -i HOME=/root LANG=C.UTF-8 LIBGL_ALWAYS_SOFTWARE=1 PATH=/usr/sbin:/usr/bin:/sbin:/bin "$@"; }
 
-# The archive: the name that cargo-binstall makes of Cargo.toml, and what it then looks for inside.
-python3 - "$archive" <<'END'
-import pathlib, re, sys, tarfile
-try:
-    import tomllib
-except ImportError: # before Python 3.11
-    import tomli as tomllib
-package = tomllib.loads(pathlib.Path("Cargo.toml").read_text())["package"]
-path = pathlib.Path(sys.argv[1])
-with tarfile.open(path) as archive:
-    names = archive.getnames()
-target = names[0].split("/")[0].removeprefix(f"{package['name']}-{package['version']}-")
-words = {"repo": package["repository"], "name": package["name"], "bin": package["name"], "binary-ext": "",
-         "version": package["version"], "target": target}
-def filled(template):
-    return re.sub(r"\{ ([a-z-]+) \}", lambda word: words[word[1]], template)
-binstall = package["metadata"]["binstall"]
-assert filled(binstall["pkg-url"]).endswith("/" + path.name), filled(binstall["pkg-url"])
-assert filled(binstall["bin-dir"]) in names, names
-END
+# The archive holds the program in a folder of its name.
+case $(tar -tzf "$archive") in *"$(basename "$archive" .tar.gz)/loopscope"*) ;; *) fail "there is no program in $archive" ;; esac
 
 mmdebstrap --quiet --variant=minbase --keyring=/usr/share/keyrings/debian-archive-keyring.gpg bookworm "$root" http://deb.debian.org/debian
 mount -t proc proc "$root/proc"

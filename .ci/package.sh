@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Packs a program that is built:  .ci/package.sh [PROGRAM [FOLDER]]
-# (default: target/release/loopscope, target/package). On Linux a .deb and a .tar.gz with the name that `cargo binstall` looks for.
+# (default: target/release/loopscope, target/package). On Linux a .deb and a .tar.gz.
 # On macOS the program may hold both processors (lipo): an app in a .dmg, and the .tar.gz. On Windows (Git's bash) a .zip.
 # The same program gives the same bytes on Linux. SHA256SUMS lists what is there.
 set -euo pipefail
@@ -76,13 +76,12 @@ case $target in
 Package: loopscope
 Version: $version
 Architecture: $architecture
-Maintainer: LoopScope <loopscope@users.noreply.github.com>
+Maintainer: LoopScope
 Installed-Size: $(du -ks "$root/usr" | cut -f1)
 Depends: libc6 (>= ${libc#GLIBC_}), libgcc-s1, libegl1, libgl1, libwayland-client0, libwayland-egl1, libx11-6, libx11-xcb1, libxcb1, libxcursor1, libxi6, libxkbcommon-x11-0, libxkbcommon0, libxrender1
 Recommends: libdbus-1-3, libfontconfig1, xdg-desktop-portal | zenity
 Section: science
 Priority: optional
-Homepage: $(sed -n 's/^repository = "\(.*\)"/\1/p' Cargo.toml)
 Description: calibrate force/torque sensors, with what their past does to them
  Reads recordings of raw gauges and of the applied load, fits a calibration
  whenever a slider moves, and shows errors and hysteresis loops before and

@@ -14,6 +14,7 @@ mod installed;
 mod live;
 mod messages;
 mod metrology;
+mod plot;
 mod reading;
 mod recordings;
 mod report;
@@ -161,6 +162,7 @@ jobs! {
     Export(exports::ExportJob),
     Apply(apply::ApplyJob),
     Metrology(metrology::MetrologyJob),
+    Plot(plot::PlotJob),
     Completions(installed::CompletionsJob),
     Man(installed::ManJob),
 }

@@ -93,10 +93,7 @@ struct Report<'a> {
 
 impl Work for CheckJob {
     fn files(&self) -> Files<'_> {
-        let named = self.recordings.files();
-        let files =
-            if self.files.is_empty() { named } else { Files { recordings: &self.files, ..named } };
-        files.reading(&self.sensor)
+        self.recordings.files().or_these(&self.files).reading(&self.sensor)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {

@@ -8,16 +8,12 @@ use clap::builder::TypedValueParser;
 
 use super::{
     error::JobError,
-    run::{Run, Work, examples, make_directory},
+    run::{Run, Work, examples},
     values::one_of,
 };
-use crate::{
-    export::Together,
-    formats::csv::write_csv,
-    recording::{
-        Recording,
-        simulated::{self, Late},
-    },
+use crate::recording::{
+    Recording,
+    simulated::{self, Late},
 };
 
 const README: &str = "\
@@ -63,7 +59,6 @@ pub struct DemoJob {
 
 impl Work for DemoJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        make_directory(&self.dir)?;
         let recordings: Vec<Recording> = match self.show {
             None => {
                 let set = simulated::recordings(self.seed);
@@ -73,16 +68,8 @@ impl Work for DemoJob {
             Some(late) => simulated::late(self.seed, late),
         };
         let n = recordings.len();
-        let names = recordings.iter().map(|recording| format!("{}.csv", recording.name()));
-        let names = names.chain(["README.txt".to_owned()]);
-        let files: Vec<PathBuf> = names.map(|name| self.dir.join(name)).collect();
-        run.check_outputs(&files, self.force)?;
-        let mut written = Together::default();
-        for (recording, path) in recordings.iter().zip(&files) {
-            written.write(path, |mut out| write_csv(recording, &mut out))?;
-        }
-        written.write(&files[n], |out| out.write_all(README.as_bytes()))?;
-        written.finish()?;
+        let readme = Some(("README.txt", README));
+        run.write_recordings(&self.dir, &recordings, readme, self.force)?;
         run.print_text(|out| writeln!(out, "{n} simulated recordings in {}", self.dir.display()))
     }
 }

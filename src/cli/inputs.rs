@@ -20,7 +20,15 @@ pub struct Files<'a> {
     pub force: bool,
 }
 
-impl Files<'_> {
+impl<'a> Files<'a> {
+    /// Sets the recordings, if the user named any without `--train`.
+    pub fn or_these(mut self, recordings: &'a [PathBuf]) -> Self {
+        if !recordings.is_empty() {
+            self.recordings = recordings;
+        }
+        self
+    }
+
     pub fn reading<'b>(mut self, paths: impl IntoIterator<Item = &'b PathBuf>) -> Self {
         self.read.extend(paths.into_iter().cloned());
         self

@@ -8,7 +8,7 @@ use clap::Args;
 use super::{
     error::{JobError, failed, usage},
     inputs::Files,
-    reading::{ReadArgs, not_recording},
+    reading::{Needs, Rated, ReadArgs, not_recording},
     run::{Run, Work, examples},
     values::named_file,
 };
@@ -31,6 +31,7 @@ use crate::{
 #[command(after_help = examples(&[
     ("loopscope inspect press.csv", "shows the recordings that would be loaded"),
     ("loopscope inspect log.mat --write-map map.json", "writes a column map to correct by hand"),
+    ("loopscope inspect log.mcap --out recordings", "writes each recording as a CSV file"),
 ]))]
 pub struct InspectJob {
     #[arg(required = true, value_name = "FILE", value_parser = named_file(),
@@ -42,8 +43,12 @@ pub struct InspectJob {
     /// --columns. Needs a single input file.
     #[arg(long, value_name = "MAP.json", value_parser = named_file())]
     write_map: Option<PathBuf>,
-    /// Overwrite an existing column map.
-    #[arg(long, requires = "write_map")]
+    /// Write each recording as a CSV file to this folder: times, gauges, loads in N and N·m, and auxiliary channels, as the
+    /// program reads them. A missing folder is created.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Overwrite existing files.
+    #[arg(long)]
     force: bool,
     /// Only estimate the weight that the sensor carries, from the poses and the measured loads in one file.
     #[arg(long)]
@@ -63,6 +68,10 @@ impl Work for InspectJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         let map = self.read.map()?;
         let inputs = &run.inputs.recordings;
+        if let Some(out) = &self.out {
+            let recordings = self.read.read(run, inputs, &Rated::default(), Needs::Nothing)?;
+            run.write_recordings(out, &recordings, None, self.force)?;
+        }
         let of = inputs.len();
         let for_one = [
             (self.write_map.is_some(), "--write-map"),

@@ -11,7 +11,7 @@ use super::{
     inputs::Files,
     recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history},
     run::{Run, Work, examples},
-    values::named_file,
+    values::{file_in, named_file},
 };
 use crate::{
     calibration::Calibration,
@@ -40,7 +40,7 @@ pub struct ReportJob {
     #[command(flatten)]
     fit: FitArgs,
     /// HTML file to write. The figures are embedded in it.
-    #[arg(long, value_name = "FILE.html", value_parser = named_file())]
+    #[arg(long, value_name = "FILE.html", value_parser = file_in(&["html", "htm"]))]
     out: PathBuf,
     /// Also report the errors of the manufacturer's calibration (.cal or .json); see `fit --factory`.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
@@ -62,13 +62,6 @@ impl Work for ReportJob {
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
-        let ending = self.out.extension().unwrap_or_default().to_ascii_lowercase();
-        if ending != "html" && ending != "htm" {
-            return usage(format!(
-                "{}: reports are HTML files; choose a name that ends in .html",
-                self.out.display()
-            ));
-        }
         let stored = self.calibration.as_deref().map(|path| stored(run, path)).transpose()?;
         if let Some(calibration) = &stored
             && run.inputs.recordings.is_empty()

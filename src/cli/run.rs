@@ -11,7 +11,13 @@ use super::{
     inputs::{Files, Inputs},
     messages::Messages,
 };
-use crate::{export::check_targets, progress::Progress, shown::printable};
+use crate::{
+    export::{Together, check_targets},
+    formats::csv::write_csv,
+    progress::Progress,
+    recording::Recording,
+    shown::printable,
+};
 
 pub trait Work {
     /// Returns the input and output files that the arguments of the command name.
@@ -101,6 +107,30 @@ impl Run {
             writeln!(out, "{}", printable(line))?;
         }
         Ok(())
+    }
+
+    /// Writes each recording to a CSV file with its name, and a text to another file, all in one folder.
+    pub fn write_recordings(
+        &self,
+        folder: &Path,
+        recordings: &[Recording],
+        text: Option<(&str, &str)>,
+        force: bool,
+    ) -> Result<(), JobError> {
+        make_directory(folder)?;
+        let name = |one: &Recording| format!("{}.csv", one.name().replace(['/', '\\', ':'], "_"));
+        let names = recordings.iter().map(name);
+        let names = names.chain(text.map(|(name, _)| name.to_owned()));
+        let paths: Vec<PathBuf> = names.map(|name| folder.join(name)).collect();
+        self.check_outputs(&paths, force)?;
+        let mut written = Together::default();
+        for (recording, path) in recordings.iter().zip(&paths) {
+            written.write(path, |mut out| write_csv(recording, &mut out))?;
+        }
+        if let (Some((_, text)), Some(path)) = (text, paths.last()) {
+            written.write(path, |out| out.write_all(text.as_bytes()))?;
+        }
+        Ok(written.finish()?)
     }
 
     pub fn print_path(&self, path: &Path) -> Result<(), JobError> {

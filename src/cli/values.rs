@@ -19,6 +19,18 @@ pub fn named_file() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// Returns a parser of file names that accepts only these endings, of which the first is the usual one.
+pub fn file_in(endings: &'static [&'static str]) -> impl TypedValueParser<Value = PathBuf> {
+    named_file().try_map(|path| {
+        let ending = path.extension().unwrap_or_default();
+        if endings.iter().any(|known| ending.eq_ignore_ascii_case(known)) {
+            Ok(path)
+        } else {
+            Err(format!("choose a name that ends in .{}", endings[0]))
+        }
+    })
+}
+
 pub fn number_in(
     range: Range,
 ) -> impl Fn(&str) -> Result<f64, Box<dyn Error + Send + Sync>> + Clone + Send + Sync {

@@ -50,21 +50,33 @@ pub(crate) fn unguarded(cell: &str) -> &str {
     }
 }
 
-/// Writes a recording as comma-separated text: a header, then per sample one row of time (s), gauges and load (N, N·m) if
-/// known.
+/// Writes a recording as comma-separated text: a header, then per sample one row of time (s), gauges, load (N, N·m) and
+/// auxiliary channels, as far as they are known. A load case has no time. The last column is the group, if the recording has one.
 ///
 /// The header names the units: `t [s],S1,…,Fx [N],…,Mx [N·m]`. On an error, part of the table may have been written.
 pub fn write_csv(recording: &Recording, out: &mut impl Write) -> io::Result<()> {
     let mut table = CsvWriter::new(out);
-    let axes = recording.axes();
-    let header = std::iter::once("t [s]".to_owned())
+    let (axes, auxiliary) = (recording.axes(), recording.auxiliary());
+    let is_timed = !recording.is_static();
+    // The reader puts the name of the column before the value.
+    let group = recording.group().map(|group| group.strip_prefix("group ").unwrap_or(group));
+    let time = is_timed.then(|| "t [s]".to_owned());
+    let auxiliary_label = |(name, unit): (&String, &String)| {
+        if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
+    };
+    let header = (time.into_iter())
         .chain(recording.gauge_names().iter().cloned())
-        .chain(axes.iter().map(|axis| axis.label()));
+        .chain(axes.iter().map(|axis| axis.label()))
+        .chain(auxiliary.names().iter().zip(auxiliary.units()).map(auxiliary_label))
+        .chain(group.map(|_| "group".to_owned()));
     table.row(header)?;
     for (k, time) in recording.times().iter().enumerate() {
         let loads = &recording.loads()[k * axes.len()..(k + 1) * axes.len()];
-        let numbers = std::iter::once(time).chain(recording.gauges_at(k)).chain(loads);
-        table.row(numbers.map(f64::to_string))?;
+        let numbers = (is_timed.then_some(time).into_iter())
+            .chain(recording.gauges_at(k))
+            .chain(loads)
+            .chain(auxiliary.at(k));
+        table.row(numbers.map(f64::to_string).chain(group.map(str::to_owned)))?;
     }
     table.flush()
 }

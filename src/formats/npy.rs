@@ -148,7 +148,9 @@ fn header(name: &str, from: &mut impl Read) -> Result<Header, FileError> {
     }
     let mut text = vec![0; n_bytes];
     from.read_exact(&mut text).map_err(reading(name))?;
-    let text = String::from_utf8_lossy(&text);
+    // NumPy writes UTF-8 only in version 3.0; before, names such as "T [°C]" are in Latin-1.
+    let text = String::from_utf8(text)
+        .unwrap_or_else(|other| other.into_bytes().into_iter().map(char::from).collect());
     let value = |key: &str| Some(Literal(text.split_once(&format!("'{key}':"))?.1));
     let (Some(mut descr), Some(order), Some(mut shape)) =
         (value("descr"), value("fortran_order"), value("shape"))

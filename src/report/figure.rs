@@ -7,4 +7,4 @@ mod svg;
 
 pub use cloud::{Cloud, CloudPicture, png};
 pub use parts::{Arrow, DASHED, DOTTED, Figure, HeatMap, Line, STANDS_ALONE, Scale};
-pub use svg::part_inside;
+pub use svg::{part_inside, stacked_svg};

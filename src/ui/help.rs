@@ -39,12 +39,13 @@ const PICTURES: [(&str, &[u8]); 4] = [
     ("first-enough.png", include_bytes!("../../assets/guide/first-enough.png")),
 ];
 /// Pages of the guide, each with its title.
-const GUIDE: [(&str, &str); 16] = [
+const GUIDE: [(&str, &str); 17] = [
     ("First steps", include_str!("../../assets/guide/first-steps.md")),
     ("Your files", include_str!("../../assets/guide/your-files.md")),
     ("Window", include_str!("../../assets/guide/window.md")),
     ("Recordings", include_str!("../../assets/guide/recordings.md")),
     ("Command line", include_str!("../../assets/guide/command-line.md")),
+    ("Python", include_str!("../../assets/guide/python.md")),
     ("Exports", include_str!("../../assets/guide/exports.md")),
     ("On a robot", include_str!("../../assets/guide/robot.md")),
     ("Many sensors", include_str!("../../assets/guide/many-sensors.md")),

@@ -302,3 +302,33 @@ fn a_column_that_is_named_as_a_time_is_never_proposed_as_a_gauge() {
         .collect();
     assert_eq!(gauges, ["left", "right"], "{columns:?}");
 }
+
+#[test]
+fn recordings_are_written_as_they_are_read() {
+    let workshop = Workshop::new();
+    let rows = rows(0.0, 60, 0.0) + &rows(1.0, 40, 900.0);
+    let (milli, auxiliary) = ("t [ms],S1,S2,Fz [kN],T [°C],group\n", ",21.5,day1\n");
+    let rows = rows.lines().map(|row| {
+        let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let [t, s1, s2, force] = cells[..] else { panic!("{row}") };
+        format!("{},{s1},{s2},{}{auxiliary}", 1000.0 * t, force / 1000.0)
+    });
+    workshop.write("log.csv", milli.to_owned() + &rows.collect::<String>());
+    succeed(workshop.path(), &["inspect", "log.csv", "--out", "read"]);
+    let first = workshop.read("read/log #1.csv");
+    let mut lines = first.lines();
+    assert_eq!(lines.next(), Some("t [s],S1,S2,Fz [N],T [°C],group"));
+    assert_eq!(lines.clone().count(), 60);
+    assert!(lines.next().unwrap().ends_with(",21.5,day1"));
+    // The written files give the same fit.
+    let [whole, parts] = [&["log.csv"][..], &["read/log #1.csv", "read/log #2.csv"]]
+        .map(|files| fit(workshop.path(), &[&["--train"], files].concat()));
+    for (whole, parts) in numbers(&whole["compensated"]["train_rmse"])
+        .iter()
+        .zip(numbers(&parts["compensated"]["train_rmse"]))
+    {
+        assert!((whole / parts - 1.0).abs() < 1e-9, "{whole} {parts}");
+    }
+    let again = run(workshop.path(), &["inspect", "log.csv", "--out", "read"]);
+    assert_eq!(again.status.code(), Some(1));
+}

@@ -24,6 +24,8 @@ mod many_sensors;
 mod metrology;
 mod one_session;
 mod outputs;
+mod plot;
+mod python;
 mod refusals;
 mod report;
 mod sensor;

@@ -43,6 +43,24 @@ impl Figure<'_> {
     }
 }
 
+/// Returns several figures of this size below one another as one SVG image; a single figure as itself.
+pub fn stacked_svg(figures: &[Figure<'_>], size: (f64, f64)) -> String {
+    if let [figure] = figures {
+        return figure.svg(size);
+    }
+    let (width, height) = size;
+    let total = height * figures.len() as f64;
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {total}\" width=\"{width}\" height=\"{total}\">\n"
+    );
+    for (at, figure) in figures.iter().enumerate() {
+        let down = height * at as f64;
+        let part = figure.svg(size);
+        svg += &part.replacen("<svg ", &format!("<svg y=\"{down}\" "), 1);
+    }
+    svg + "</svg>\n"
+}
+
 struct Svg<'a> {
     figure: &'a Figure<'a>,
     size: (f64, f64),
