@@ -43,7 +43,7 @@ impl PaneView for View {
             traces.axes.iter().find(|axis| Some(&axis.axis) == shown).or(traces.axes.first());
         let Some(axis) = axis.filter(|_| !traces.times.is_empty()) else { return };
         ui.take_available_width();
-        egui::Grid::new("values").num_columns(3).min_col_width(110.0).show(ui, |ui| {
+        egui::Grid::new("values").num_columns(3).min_col_width(100.0).show(ui, |ui| {
             ui.weak(format!("{} at {}", axis.axis.symbol(), traces.when(k, 6)));
             let unit = axis.axis.unit();
             ui.weak(format!("load [{unit}]"));

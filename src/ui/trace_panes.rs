@@ -14,7 +14,7 @@ use crate::{
     report::figure,
     ui::{
         channels_pane::{self, view_choice},
-        choice::labelled_choice,
+        choice::named_choice,
         command::{Command, Out, Pane},
         controls::Controls as _,
         numbers::significant,
@@ -188,7 +188,8 @@ fn axis_choice(ui: &mut Ui, axes: &[Axis], scope: &Scope, out: &mut Out) {
     let mut chosen = present;
     let described = |at: Option<usize>| (at.map_or("all axes", |at| axes[at].symbol()), "");
     let all = (0..axes.len()).map(Some).chain([None]);
-    labelled_choice(ui, ("axis", 70.0), &mut chosen, all, described)
+    let button = egui::ComboBox::from_id_salt("axis").width(60.0);
+    named_choice(ui, (button, "Axis"), &mut chosen, all, described)
         .on_hover_text("Axis whose load and error are shown (keys 1 to 6, 0 for all)");
     if chosen != present {
         out.send(Command::Axes(chosen.map_or(AxisChoice::All, AxisChoice::Only)));
@@ -214,7 +215,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, scope: &Scope, ou
         if is_narrow {
             return;
         }
-        if ui.available_width() > WIDTH_WITH_LENGTH
+        if ui.available_size_before_wrap().x > WIDTH_WITH_LENGTH
             && let Shown::One(at) = engine.project().view
             && let Some(entry) = engine.entries().get(at)
         {

@@ -87,7 +87,7 @@ fn areas(workspace: Workspace) -> Vec<Area> {
         Workspace::Import => &[(&[TRACES, CHANNELS], 0.0), (&[RECORDINGS], 0.75), (&[NOTES], 0.25)],
         Workspace::Calibrate => &[(&[TRACES], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
         Workspace::Loops => &[(&[LOOPS], 0.0), (&[AXES], 0.34), (&[METROLOGY], 0.66)],
-        Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[PAIRS], 0.28), (&[TRACES], 0.72)],
+        Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[PAIRS], 0.33), (&[TRACES], 0.67)],
         Workspace::Models => &[(&[MODELS], 0.0), (&[TRADE], 0.5), (&[ERRORS], 0.5)],
         Workspace::Check => &[(&[CHECK, LIVE], 0.0)],
         Workspace::Export => &[(&[EXPORT], 0.0), (&[CALIBRATION], 1.0)],
