@@ -12,7 +12,7 @@ use super::{
     exports::stored,
     inputs::Files,
     reading::{Needs, Rated, ReadArgs},
-    recordings::MeasuringArgs,
+    recordings::{MeasuringArgs, note_history},
     run::{Run, Work, examples},
     values::{named_file, number_in},
 };
@@ -160,6 +160,7 @@ impl MetrologyJob {
             .collect();
         let extents = extents_of_set(&set, &set.layout().axes);
         let request = Request::fit(Arc::new(set), settings);
+        note_history(run, &request)?;
         let calibration = Arc::new(train(&request, &run.progress, &mut |_| {})?);
         let rule = calibration.describe();
         Ok(Subject { calibration, recordings, extents, origin: format!("{on} ({rule})") })

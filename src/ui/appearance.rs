@@ -5,6 +5,9 @@ use crate::{
     ui::palette,
 };
 
+/// Width of the window (points) below which the right column is closed until the user opens it.
+const COMPACT: f32 = 1200.0;
+
 /// Adds the code font as a fallback for arrows and superscripts. Turns off the keys by which egui itself changes the text
 /// size.
 pub fn prepare(context: &egui::Context) {
@@ -20,6 +23,11 @@ pub fn prepare(context: &egui::Context) {
     }
     // The program handles these keys itself and stores the text size in the preferences.
     context.options_mut(|options| options.zoom_with_keyboard = false);
+}
+
+/// Returns true if the window is so narrow that the right column is closed until the user opens it.
+pub fn is_compact(ui: &egui::Ui) -> bool {
+    ui.ctx().content_rect().width() < COMPACT
 }
 
 /// Draws a ring around a widget that has the keyboard focus but does not show it.

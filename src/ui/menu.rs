@@ -7,10 +7,11 @@ use crate::{
     recording::Item,
     ui::{
         actions::{self, Action, CanGo},
+        appearance::is_compact,
         command::{Command, Out, Workspace},
         controls::Controls as _,
         recordings_panel::SIMULATED,
-        workspace::{Workspaces, is_compact},
+        workspace::Workspaces,
     },
 };
 

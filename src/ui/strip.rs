@@ -302,7 +302,8 @@ fn sentences(
         let visuals = ui.visuals();
         let color = if is_worse { visuals.warn_fg_color } else { visuals.strong_text_color() };
         let size = if rect.width() < NARROW_SENTENCE { 13.0 } else { 15.0 };
-        let shown = if rect.width() < LEAST_SENTENCE && compared.is_compensated {
+        let is_least = rect.width() < LEAST_SENTENCE;
+        let shown = if is_least && compared.is_compensated {
             let percent = 100.0 * (errors[1] / errors[0] - 1.0);
             let percent = format!("{percent:+.0} %").replace('-', "−");
             format!("{} ({percent})", figures(errors, unit))
@@ -311,7 +312,8 @@ fn sentences(
         };
         let shown = egui::Label::new(RichText::new(shown).size(size).color(color));
         ui.add(shown.truncate()).on_hover_text(first);
-        ui.add(egui::Label::new(RichText::new(second).weak()).truncate());
+        let second = RichText::new(second).weak().size(if is_least { 12.0 } else { 13.0 });
+        ui.add(egui::Label::new(second).truncate());
     });
 }
 

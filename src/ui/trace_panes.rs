@@ -13,6 +13,7 @@ use crate::{
     recording::Axis,
     report::figure,
     ui::{
+        appearance::is_compact,
         channels_pane::{self, view_choice},
         choice::named_choice,
         command::{Command, Out, Pane},
@@ -22,7 +23,6 @@ use crate::{
         pane::{Cx, PaneView},
         scope::{AxisChoice, Scope},
         time_view::TimeView,
-        workspace::is_compact,
     },
 };
 use drawn::DrawnLines;

@@ -3,7 +3,7 @@
 use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
-    appearance::focus_ring,
+    appearance::{focus_ring, is_compact},
     axes_pane::PANE as AXES,
     calibration_pane::PANE as CALIBRATION,
     channels_pane::PANE as CHANNELS,
@@ -29,8 +29,6 @@ use crate::ui::{
 const BORDER: f32 = 6.0;
 /// Widths of the right column (points): in a window at least as wide as the second number, and in a narrower one.
 const RIGHT_WIDTHS: (f32, f32, f32) = (416.0, 1500.0, 360.0);
-/// Width of the window (points) below which the right column is closed until the user opens it.
-const COMPACT: f32 = 1200.0;
 /// Minimum and maximum share of the window's width for the right column.
 const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
 /// Width of the list of exports (points).
@@ -52,11 +50,6 @@ pub struct Workspaces {
     right_width: Option<f32>,
     /// True if a narrow window shows the right column.
     opens_right: bool,
-}
-
-/// Returns true if the window is so narrow that the right column is closed until the user opens it.
-pub fn is_compact(ui: &Ui) -> bool {
-    ui.ctx().content_rect().width() < COMPACT
 }
 
 /// Place of one pane, or of several panes as tabs.
