@@ -278,14 +278,14 @@ pub fn figure_of_channels<'a>(
     inks: &Inks,
 ) -> Figure<'a> {
     let opacity = 1.25 * thin_opacity(std::iter::once(drawn));
-    let mut lines = branch_lines(drawn, inks.gauge, 1.1, [opacity, 0.6 * opacity]).to_vec();
-    lines.retain(|line| !line.pieces.is_empty());
+    let [rising, falling] = branch_lines(drawn, inks.gauge, 1.1, [opacity, 0.6 * opacity]);
+    let falling = Some(falling).filter(|line| !line.pieces.is_empty());
     Figure {
         title: format!("{up} against {across}"),
         across: Scale::new(across, frame.loads),
         up: Scale::new(up, frame.outputs),
         clouds: clouds(drawn, inks.gauge, inks.text),
-        lines,
+        lines: [rising].into_iter().chain(falling).collect(),
         ..Figure::default()
     }
 }
