@@ -112,19 +112,16 @@ pub fn strip(ui: &mut Ui, cx: &mut Cx<'_>) {
         );
         sentences(ui, &compared, analysis, budget, sentence);
     });
-    let known = found.and_then(|found| {
-        let budget = found.budget.as_ref().ok()?;
-        let remedy = first_remedy(found, cx.engine)?;
-        Some((remedy, budget))
-    });
-    let offered = match known {
-        Some((remedy, budget)) if !is_worse(cx.engine) => {
+    let budget = found.and_then(|found| found.budget.as_ref().ok());
+    let offered = match (offer(found, cx.engine), budget) {
+        (Some(Offer::Remedy(remedy)), Some(budget)) => {
             let error = percent_left(remedy, budget, measure);
             let error = error.map(|error| format!(" → {} % FS", significant(error, 2)));
             let text = format!("{}{}", short(remedy, cx.engine), error.unwrap_or_default());
             Some((text, format!("Remedy for {}", remedy.text(&remedy.action.words(), budget))))
         }
-        _ => switched_off(cx.engine).map(|_| ("Switch it off".to_owned(), SWITCH_OFF.to_owned())),
+        (Some(Offer::Off(_)), _) => Some(("Switch it off".to_owned(), SWITCH_OFF.to_owned())),
+        _ => None,
     };
     if let Some((text, about)) = offered {
         let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
@@ -347,11 +344,34 @@ fn result([before, after]: [f64; 2], unit: &str) -> String {
     }
 }
 
+/// What the button of the strip does.
+enum Offer<'a> {
+    Remedy(&'a Remedy),
+    /// Switches the compensation off.
+    Off(Command),
+}
+
+/// Returns the remedy with a known error, or else the edit that switches a useless compensation off, or else the remedy whose
+/// error is not known. A compensation that does harm is switched off first.
+fn offer<'a>(found: Option<&'a Sufficiency>, engine: &Engine) -> Option<Offer<'a>> {
+    let remedy = found.and_then(|found| first_remedy(found, engine));
+    let left = left_over(engine);
+    let off = left.filter(|left| *left > BRINGS_NOTHING).and_then(|_| switched_off(engine));
+    let does_harm = left.is_some_and(|left| left > MAKES_WORSE);
+    match (remedy, off) {
+        (Some(remedy), off) if off.is_none() || !does_harm && !remedy.errors.is_empty() => {
+            Some(Offer::Remedy(remedy))
+        }
+        (_, off) => off.map(Offer::Off),
+    }
+}
+
 /// Returns what a press on the remedy of the strip does; `None` without a remedy.
 pub fn remedy(engine: &Engine) -> Option<Command> {
-    let found = engine.lane::<CheckData>().answer();
-    let remedy = found.and_then(|found| first_remedy(found, engine)).filter(|_| !is_worse(engine));
-    remedy.and_then(|remedy| command(remedy, engine)).or_else(|| switched_off(engine))
+    match offer(engine.lane::<CheckData>().answer(), engine)? {
+        Offer::Remedy(remedy) => command(remedy, engine),
+        Offer::Off(off) => Some(off),
+    }
 }
 
 /// Returns the error of the compensated load divided by that of the uncompensated load: the root mean square over all axes,
@@ -367,18 +387,13 @@ fn left_over(engine: &Engine) -> Option<f64> {
     (errors.on != ScoreSet::Train && ratio.is_finite()).then_some(ratio)
 }
 
-fn is_worse(engine: &Engine) -> bool {
-    left_over(engine).is_some_and(|left| left > MAKES_WORSE)
-}
-
-/// Returns the edit that switches a compensation off that does not lower the error; `None` if it does.
+/// Returns the edit that switches the compensation off; `None` if there is none.
 fn switched_off(engine: &Engine) -> Option<Command> {
     let settings = &engine.project().settings;
     let features =
         FeatureSettings { distance: settings.features.distance, ..FeatureSettings::present() };
     let off = FitSettings { features, regressor: Regressor::Linear, ..settings.clone() };
-    let changes = off != *settings && left_over(engine)? > BRINGS_NOTHING;
-    changes.then(|| Edit::Settings(off).into())
+    (off != *settings).then(|| Edit::Settings(off).into())
 }
 
 /// Returns the remedy of the largest cause that can be pressed.

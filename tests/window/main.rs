@@ -1041,6 +1041,35 @@ fn models_are_found_sorted_brought_back_and_saved() {
     );
 }
 
+/// Gauges in proportion to the load, with noise and without hysteresis.
+#[test]
+fn a_compensation_that_brings_nothing_is_switched_off_by_one_press() {
+    let files = Files::new();
+    let mut text = "t [s],S1,S2,Fz [N]".to_owned();
+    let mut random = 1_u32;
+    for k in 0..3000 {
+        let t = f64::from(k) / 20.0;
+        let force = 20.0 * (0.13 * t).sin() + 3.0 * (1.1 * t).cos();
+        let mut noise = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(random >> 8) / f64::from(1 << 24) - 0.5
+        };
+        write!(text, "\n{t},{},{},{force}", 2.0 * force + noise(), -force + noise()).unwrap();
+    }
+    let mut window = window(vec![files.write("sound.csv", &text)]);
+    let button = "Switch it off";
+    let features = |window: &Window| state(window).project().settings.features.clone();
+    assert!(!features(&window).look_backs.is_empty());
+    until(&mut window, |shell| !shell.is_busy());
+    click(&mut window, Role::Button, button);
+    assert!(features(&window).look_backs.is_empty());
+    assert!(window.query_by_role_and_label(Role::Button, button).is_none());
+    ctrl_z(&mut window);
+    assert!(!features(&window).look_backs.is_empty(), "one step of undo");
+    let with_hysteresis = self::window(files.three());
+    assert!(with_hysteresis.query_by_role_and_label(Role::Button, button).is_none());
+}
+
 #[test]
 fn a_model_is_compared_until_escape() {
     let files = Files::new();
