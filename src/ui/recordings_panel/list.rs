@@ -51,9 +51,9 @@ impl List {
         let entries = engine.entries();
         let filter = self.filter.trim().to_lowercase();
         let mut groups: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
-        for at in 0..entries.len() {
+        for (at, entry) in entries.iter().enumerate() {
             let group = group_of(engine, at);
-            let text = format!("{} {}", group.unwrap_or_default(), entries[at].recording.name());
+            let text = format!("{} {}", group.unwrap_or_default(), entry.recording.name());
             if !text.to_lowercase().contains(&filter) {
                 continue;
             }
