@@ -186,8 +186,8 @@ pub struct Calibration {
     pub keep_secs: BTreeMap<String, f64>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
     pub history_step_secs: f64,
-    /// Largest load of each axis for which the calibration is known: the rated load or the largest training load if that is
-    /// greater, or without a rated load 1.2 times the largest training load. Zero or missing if unknown.
+    /// Largest load of each axis for which the calibration is valid: the greater of the rated load and the largest training
+    /// load. Without a rated load, 1.2 times the largest training load. Zero or missing if unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub limits: Vec<f64>,
     /// Minimum and maximum valid reading of each gauge; `None` for an unknown limit, empty if all limits are unknown.

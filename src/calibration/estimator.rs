@@ -25,7 +25,7 @@ pub struct Estimator<'a> {
     calibration: &'a Calibration,
     design: &'a Design,
     stream: FeatureStream<'a>,
-    /// Effects of what is not known of each block's states, see [`Calibration::state_effects`].
+    /// Errors of the load that the unknown part of each block's states can cause; see [`Calibration::state_effects`].
     effects: Vec<Vec<f64>>,
     look_back: LiveLookBack,
     /// Time of the last accepted sample (s).

@@ -31,8 +31,8 @@ struct Run<'a> {
     between: Vec<(usize, usize)>,
 }
 
-/// Returns the longest pause (s) after which each memory of the calibration's features is worth keeping, for the memories that
-/// are worth it after pauses that are longer than [`Calibration::gap_secs`].
+/// Returns for each memory the longest pause (s) after which the load errs less if the memory is kept. Memories that should start
+/// anew after every pause above [`Calibration::gap_secs`] are missing.
 pub(crate) fn measured_pauses<'a>(
     calibration: &Calibration,
     recordings: impl Iterator<Item = &'a Recording>,
@@ -220,7 +220,7 @@ mod tests {
         }
     }
 
-    /// The load turns once in 20 s. So the position of the play is mostly still true after 5 s.
+    /// The load turns back every 20 s. So after a pause of 5 s, the play is mostly where it was before.
     #[test]
     fn play_is_kept_through_pauses_in_which_the_load_hardly_turns() {
         let recordings = sensor(0.1);

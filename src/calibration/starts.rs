@@ -1,4 +1,4 @@
-//! How much the loads depend on the sample at which a robot is switched on.
+//! Measures how much the computed loads change if the robot is switched on some samples later.
 
 use crate::{
     calibration::{calibration::Calibration, estimator::Estimator},

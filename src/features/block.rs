@@ -107,8 +107,8 @@ pub trait Stream: fmt::Debug + Send + Sync {
     /// are, not relative to the present gauges.
     fn step(&mut self, time: f64, gauges: &[f64], auxiliary: &[f64], out: &mut [f64]);
 
-    /// Keeps the state through a pause that ends with the next sample, at this time (s). Without a method of its own, a block
-    /// takes the pause as a long time step.
+    /// Is called after a pause through which the state is kept, with the time of the next sample (s). By default, nothing
+    /// happens, so the next sample comes after a long time step.
     fn resume(&mut self, _time: f64) {}
 
     /// Returns the squared error of the load by what the samples so far do not tell of the states. `effects` are those of

@@ -55,17 +55,18 @@ impl PaneView for View {
 }
 
 /// One proposed pair in words.
-struct Proposed<'a> {
+struct Proposed {
     mark: &'static str,
     name: &'static str,
     error: String,
     words: String,
+    /// The same in more words; empty if there are none.
     hover: String,
-    about: &'a str,
+    about: &'static str,
     pair: Option<Thresholds>,
 }
 
-fn row(ui: &mut Ui, engine: &Engine, shown: Proposed<'_>, out: &mut Out) {
+fn row(ui: &mut Ui, engine: &Engine, shown: Proposed, out: &mut Out) {
     ui.horizontal(|ui| {
         ui.set_height(ROW_HEIGHT);
         ui.label(RichText::new(shown.mark).size(15.0));

@@ -8,7 +8,7 @@ use crate::{
         thresholds::{Measure, MeasureScale},
     },
     recording::Axis,
-    scoring::score_set::ScoreSet,
+    scoring::{metrics, score_set::ScoreSet},
 };
 
 /// Axes that the user asks for. The numbers are places in the sensor's list of axes.
@@ -54,10 +54,14 @@ impl<'a> Errors<'a> {
 
     /// Returns the change of an axis' error by the compensation, such as "−52 %"; `None` without an error before.
     pub fn change(&self, axis: usize) -> Option<String> {
-        let (before, after) = (*self.before.get(axis)?, *self.after.get(axis)?);
-        let percent = 100.0 * (after / before - 1.0);
-        (before > 0.0).then(|| format!("{percent:+.0} %").replace('-', "−"))
+        percent_change(*self.before.get(axis)?, *self.after.get(axis)?)
     }
+}
+
+/// Returns the change from one error to another, such as "−52 %"; `None` if the first error is zero.
+pub fn percent_change(before: f64, after: f64) -> Option<String> {
+    let percent = metrics::percent_change(before, after)?;
+    Some(format!("{percent:+.0} %").replace('-', "−"))
 }
 
 pub fn scale_of(analysis: &Analysis) -> MeasureScale {

@@ -28,7 +28,7 @@ use crate::{
         numbers::significant,
         palette::Trace,
         pane::Cx,
-        scope::{Errors, Scope, scale_of},
+        scope::{Errors, Scope, percent_change, scale_of},
     },
 };
 
@@ -301,9 +301,8 @@ fn sentences(
         let size = if rect.width() < NARROW_SENTENCE { 13.0 } else { 15.0 };
         let is_least = rect.width() < LEAST_SENTENCE;
         let shown = if is_least && compared.is_compensated {
-            let percent = 100.0 * (errors[1] / errors[0] - 1.0);
-            let percent = format!("{percent:+.0} %").replace('-', "−");
-            format!("{} ({percent})", figures(errors, unit))
+            let change = percent_change(errors[0], errors[1]).unwrap_or_default();
+            format!("{} ({change})", figures(errors, unit))
         } else {
             first.clone()
         };
@@ -379,11 +378,9 @@ pub fn remedy(engine: &Engine) -> Option<Command> {
 fn left_over(engine: &Engine) -> Option<f64> {
     let analysis = engine.analysis().filter(|analysis| analysis.fitted)?;
     let errors = Errors::of(analysis, ScoreSet::LeftOut)?;
-    let sum = |rmse: &[f64]| -> f64 {
-        let axes = rmse.iter().zip(&analysis.calibration.full_scale);
-        axes.filter(|(_, full)| **full > 0.0).map(|(rmse, full)| (rmse / full).powi(2)).sum()
-    };
-    let ratio = (sum(errors.after) / sum(errors.before)).sqrt();
+    let scale = scale_of(analysis);
+    let in_percent = |rmse: &[f64]| Measure::FullScale.of_rmse(&scale, rmse);
+    let ratio = in_percent(errors.after)? / in_percent(errors.before)?;
     (errors.on != ScoreSet::Train && ratio.is_finite()).then_some(ratio)
 }
 

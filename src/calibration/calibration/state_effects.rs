@@ -18,7 +18,7 @@ impl Calibration {
     /// the sum over all blocks of what is missing is 1 where the status becomes `ok`: at a tenth of the expected error beyond
     /// what is missing in the middle of the training samples, whose errors are part of the expected error.
     ///
-    /// The effects on the output of a network or kernel are not known. Its states then count alike.
+    /// How a state changes the output of a network or kernel is not known, so all its states get the same effect.
     pub(crate) fn state_effects(&self) -> Vec<Vec<f64>> {
         let n_gauges = self.gauges.len();
         let expected = self.expected_errors();
@@ -49,7 +49,7 @@ impl Calibration {
         blocks.into_iter().map(|(.., effects)| effects.into_iter().map(scaled).collect()).collect()
     }
 
-    /// Returns the expected error of each axis, or a multiple of its RMSE; infinite for an axis without any.
+    /// Returns the expected error of each axis, or else a multiple of its RMSE. An axis without an RMSE gets infinity.
     fn expected_errors(&self) -> Vec<f64> {
         let scores = &self.quality.compensated;
         let rmse = scores.cv_rmse.as_ref().or(scores.train_rmse.as_ref());

@@ -437,10 +437,9 @@ pub fn find_best(
             can_win
         })
     };
-    let (short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
+    let (mut short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
     running.best.ruled_out =
         passed.into_iter().map(|(relative, recipe)| (recipe.name, relative)).collect();
-    let mut short = short;
     // Kernels come last, because they take longest.
     short.sort_by_key(|(_, recipe)| recipe.regressor.learner() == Some(Learner::Kernel));
     for (at, (_, recipe)) in short.iter().enumerate() {

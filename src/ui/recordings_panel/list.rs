@@ -1,6 +1,6 @@
 //! The recordings as rows, by group. One or more rows are selected; keys set their role or close them.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, Vec2};
 
@@ -51,17 +51,21 @@ impl List {
         let entries = engine.entries();
         let filter = self.filter.trim().to_lowercase();
         let mut groups: Vec<(Option<&str>, Vec<usize>)> = Vec::new();
+        let mut places = HashMap::new();
         for (at, entry) in entries.iter().enumerate() {
             let group = group_of(engine, at);
-            let text = format!("{} {}", group.unwrap_or_default(), entry.recording.name());
-            if !text.to_lowercase().contains(&filter) {
+            let has_text = |text: &str| text.to_lowercase().contains(&filter);
+            let is_shown = filter.is_empty()
+                || has_text(&format!("{} {}", group.unwrap_or_default(), entry.recording.name()));
+            if !is_shown {
                 continue;
             }
-            let known = groups.iter_mut().find(|(known, _)| group.is_some() && *known == group);
-            match known {
-                Some((_, members)) => members.push(at),
-                None => groups.push((group, vec![at])),
+            let next = groups.len();
+            let place = group.map_or(next, |group| *places.entry(group).or_insert(next));
+            if place == next {
+                groups.push((group, Vec::new()));
             }
+            groups[place].1.push(at);
         }
         let mut rows = Vec::new();
         for (name, members) in groups {
@@ -271,6 +275,9 @@ fn header(ui: &mut Ui, shown: &Shown<'_>) {
 
 /// Sets the role of the selected recordings, or closes them.
 fn keys(ui: &Ui, list: &mut List, out: &mut Out) {
+    if list.selected.is_empty() {
+        return;
+    }
     let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::NONE, key));
     let selected = || list.selected.iter().copied().collect();
     for (key, role) in KEYS {
