@@ -6,7 +6,7 @@ use crate::{
     finding::{Face, Finding, Id, Verdict},
     questions::{
         budget::{ErrorBudget, Remedy},
-        errors::load_count::LoadCount,
+        errors::findings::LoadCount,
     },
     recording::Axis,
     scoring::{numbers::significant, rig::RigReport},

@@ -16,7 +16,10 @@ use crate::{
         },
         dataset::{Dataset, Datasets},
         error::AnalysisError,
-        errors::{cold_start::worse_at_start, findings::findings_of_fit, load_count::LoadCount},
+        errors::{
+            cold_start::worse_at_start,
+            findings::{LoadCount, findings_of_fit},
+        },
         expected_error::rule::{is_one_axis_at_a_time, is_one_programme, not_covered},
         question::{Answered, Query, Work},
         request::Request,

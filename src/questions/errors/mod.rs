@@ -4,7 +4,6 @@ pub(crate) mod cold_start;
 pub(crate) mod factory;
 pub mod findings;
 pub(crate) mod intervals;
-pub(crate) mod load_count;
 pub mod query;
 pub(crate) mod shown;
 pub(crate) mod trace_values;

@@ -7,28 +7,23 @@
 //! If the data do not determine a figure, a sentence with the reason takes its place.
 
 mod cross;
-mod dwell;
 mod figure;
-mod frame;
 mod picture;
 pub mod query;
 mod request;
-mod shown;
-mod source;
 
 pub use crate::questions::dataset::applied::OutputLag;
 pub use cross::CrossPlot;
-pub(crate) use dwell::{DwellCurve, DwellPlot};
-pub(crate) use figure::{FiguresOf, Inks, LoopView, figure_of_channels};
-pub(crate) use frame::frame_around;
-pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn};
+pub(crate) use cross::{DwellCurve, DwellPlot};
+pub(crate) use figure::{
+    FiguresOf, Inks, LoopView, drifts, figure_of_channels, lag_in_words, loop_figures,
+};
+pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn, frame_around};
 pub use query::{Look, look};
-pub(crate) use request::DwellQuestion;
 pub use request::{
     Channel, CrossQuestion, LookError, LookRequest, LoopQuestion, Question, Span, TableOf, Up,
 };
-pub(crate) use shown::{drifts, lag_in_words, loop_figures};
-pub(crate) use source::Part;
+pub(crate) use request::{DwellQuestion, Part};
 
 #[cfg(test)]
 mod tests;

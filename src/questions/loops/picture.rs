@@ -1,4 +1,6 @@
 //! Loops of one axis: a gauge or the loads plotted against the reference load, with the widths and areas of the loops.
+//!
+//! Visible range of a plot.
 
 use std::sync::Arc;
 
@@ -9,11 +11,7 @@ use crate::{
     progress::{Cancelled, Progress},
     questions::{
         dataset::applied::OutputLag,
-        loops::{
-            frame::{MAX_POINTS, frame_around},
-            request::{LookError, LoopQuestion, Up, column_of},
-            source::{Part, Source},
-        },
+        loops::request::{LookError, LoopQuestion, Part, Source, Up, column_of},
         metrology::{Basis, Cycles, MetrologySettings, Reason, check_numbers},
     },
     recording::Axis,
@@ -312,4 +310,22 @@ pub fn drawn(
         }
     }
     progress.check().map(|()| drawn)
+}
+
+/// Maximum number of points of all rising branches, and of all falling branches, that are drawn as lines. If a plot has more
+/// points, the density of the branches is drawn. Two outputs then take no longer to draw than the traces of six axes.
+pub const MAX_POINTS: usize = 8000;
+
+/// Margin around the points of a plot, as a share of its width and height.
+pub const MARGIN: f64 = 0.04;
+
+/// Returns a visible range with a margin around these loads and outputs. Even a single point gets a margin.
+pub fn frame_around(loads: MinMax, outputs: MinMax) -> Frame {
+    let wider = |range: MinMax| {
+        let (low, high) = range.ends().unwrap_or_default();
+        let margin =
+            if high > low { MARGIN * (high - low) } else { 0.1 * f64::max(high.abs(), 1e-3) };
+        (low - margin, high + margin)
+    };
+    Frame { loads: wider(loads), outputs: wider(outputs) }
 }

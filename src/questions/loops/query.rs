@@ -6,11 +6,9 @@ use crate::{
     progress::Progress,
     questions::{
         loops::{
-            cross::{self, CrossPlot},
-            dwell::{self, DwellPlot},
+            cross::{self, CrossPlot, DwellPlot},
             picture::{self, LoopPlot},
-            request::{LookError, LookRequest, LoopQuestion, Question, Span, TableOf},
-            source::Source,
+            request::{LookError, LookRequest, LoopQuestion, Question, Source, Span, TableOf},
         },
         metrology::{Metrology, Run, table_by},
         question::{Answered, Query, Work},
@@ -41,12 +39,12 @@ pub fn look(request: &LookRequest, progress: &Progress) -> Result<Look, LookErro
         Question::Cross(question) => {
             let source = &mut source();
             let parts = source.parts(question.span, request, progress)?;
-            cross::picture(source, &parts, question, progress).map(Look::Cross)
+            cross::cross_plot(source, &parts, question, progress).map(Look::Cross)
         }
         Question::Dwells(question) => {
             let source = &mut source();
             source.parts(Span::All, request, progress)?;
-            dwell::picture(source, question, &request.measuring).map(Look::Dwells)
+            cross::dwell_plot(source, question, &request.measuring).map(Look::Dwells)
         }
         Question::Table(of) => table_of(request, *of, progress).map(Look::Table),
     }

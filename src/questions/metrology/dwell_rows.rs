@@ -1,16 +1,32 @@
 //! Metrology rows from dwells: zero return, creep, time constant of creep, creep recovery.
+//!
+//! Metrology rows that need no order in time: errors of all samples, and nonlinearity and repeatability of load cases.
+//!
+//! Crosstalk rows: the reading of an unloaded axis while another axis is loaded alone. Neither noise nor an offset of the axis
+//! counts as crosstalk.
+//!
+//! Rows of the metrology table for the noise of the load, and for the effect of the temperature on zero and span.
 
 use std::ops::Range;
 
+use rayon::prelude::*;
+
 use crate::{
+    min_max::MinMax,
     questions::metrology::{
-        figures::{Figure, Found, Place, Run, Value},
+        figures::{
+            Figure, Found, MetrologyError, OUTPUTS, Place, Quantity, Reason, Rules, Run, Value,
+        },
+        loop_rows::FEWEST_LOADS,
         measured::{AxisRun, AxisView, Columns, Measured},
-        quantity::Quantity,
-        reason::Reason,
-        settings::{MetrologyError, Rules},
     },
-    scoring::holds::{Drift, Hold},
+    recording::{Axis, load_cases, median::white_noise},
+    scoring::{
+        holds::{Drift, Hold},
+        metrics::root_mean,
+        quantile::quantile,
+        straight_lines::Line,
+    },
 };
 
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
@@ -171,4 +187,333 @@ pub fn dwells(
         })
     });
     Ok(of_runs.collect())
+}
+
+pub fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+    [
+        (Quantity::BestFitNonlinearity, nonlinearity(view, output)),
+        (Quantity::Repeatability, repeatability(view, output)),
+    ]
+}
+
+/// Returns the nonlinearity: the largest deviation of a load case's mean output from the best-fit straight line.
+fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
+    let cases = cases(view);
+    let mean = |rows: &[usize], values: &[f64]| {
+        rows.iter().map(|row| values[*row]).sum::<f64>() / rows.len() as f64
+    };
+    let run = &view.runs[0];
+    let points: Vec<(f64, f64)> = cases
+        .iter()
+        .map(|rows| (mean(rows, run.loads), mean(rows, &run.outputs[output])))
+        .collect();
+    let mut loads: Vec<f64> = points.iter().map(|(load, _)| *load).collect();
+    loads.sort_by(f64::total_cmp);
+    loads.dedup();
+    let few = Reason::TooFewLoads { axis: view.axis, found: loads.len() };
+    let line = Line::best_fit(&points).filter(|_| loads.len() >= FEWEST_LOADS).ok_or(few)?;
+    // Noise of a mean, from the repeated rows; without repeated rows it is unknown.
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for (rows, (_, mean)) in cases.iter().zip(&points) {
+        let off = rows.iter().map(|row| run.outputs[output][*row] - mean);
+        squares += off.map(|off| off * off).sum::<f64>();
+        freedom += rows.len() as f64 - 1.0;
+    }
+    let rows_per_case = run.loads.len() as f64 / cases.len() as f64;
+    let noise = if freedom > 0.0 { (squares / freedom / rows_per_case).sqrt() } else { 0.0 };
+    view.above_noise(line.largest_deviation(points.iter()), noise, None)
+}
+
+/// Returns the largest difference between the errors of repeated measurements of one load case.
+fn repeatability(view: &AxisView<'_>, output: usize) -> Figure {
+    let run = &view.runs[0];
+    let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
+    let spread = |rows: Vec<usize>| {
+        (rows.len() > 1).then(|| rows.iter().map(error).collect::<MinMax>().span())
+    };
+    let spreads = cases(view).into_iter().filter_map(spread);
+    let largest = spreads.reduce(f64::max);
+    let largest = largest.ok_or(Reason::NoRepeats { axis: view.axis })?;
+    Ok(Value::everywhere(largest))
+}
+
+/// Groups the rows by load case. Rows of one load case have the same reference on every axis.
+fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
+    let measured = view.measured;
+    let columns = &measured.runs[0].loads;
+    let known = || columns.iter().filter_map(Option::as_deref);
+    let axes = columns.iter().zip(measured.axes).filter(|(loads, _)| loads.is_some());
+    let axes: Vec<_> = axes.map(|(_, axis)| *axis).collect();
+    let n_rows = known().next().map_or(0, <[f64]>::len);
+    let loads: Vec<f64> =
+        (0..n_rows).flat_map(|row| known().map(move |column| column[row])).collect();
+    let of = load_cases(&loads, &axes);
+    let mut rows = vec![Vec::new(); of.iter().max().map_or(0, |last| last + 1)];
+    for (row, case) in of.into_iter().enumerate() {
+        rows[case].push(row);
+    }
+    rows
+}
+
+/// Share of the samples whose absolute error must not exceed the figure "95 % error".
+const COVERED: f64 = 0.95;
+
+pub fn error_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
+    let errors = view.runs.iter().flat_map(|run| {
+        let errors = run.errors(output, 0..run.loads.len()).enumerate();
+        errors.map(move |(k, error)| (error.abs(), run, k))
+    });
+    let mut sizes: Vec<f64> = errors.clone().map(|(size, ..)| size).collect();
+    let squares: f64 = sizes.iter().map(|size| size * size).sum();
+    let rmse = root_mean(&[squares], sizes.len() as u64).map_or(f64::NAN, |rmse| rmse[0]);
+    let covered = quantile(&mut sizes, COVERED).unwrap_or(f64::NAN);
+    let largest = errors.reduce(|largest, other| if other.0 > largest.0 { other } else { largest });
+    let (largest, run, k) = largest.expect("the samples of a measured axis are not empty");
+    vec![
+        (Quantity::Rmse, Ok(Value::everywhere(rmse))),
+        (Quantity::LargestError, Ok(Value::at(largest, Some(run.place(k..k + 1))))),
+        (Quantity::Error95, Ok(Value::everywhere(covered))),
+    ]
+}
+
+/// Minimum number of samples from which the slope of crosstalk is computed.
+const FEWEST_SAMPLES: usize = 10;
+/// Load above which an axis counts as loaded when its crosstalk is measured, as a share of full scale.
+const PRESENT: f64 = 0.1;
+/// Crosstalk while one axis is loaded alone, by output and responding axis: the error at full load. `None` if the load does
+/// not change enough for a slope.
+pub type Response = [Vec<Option<f64>>; OUTPUTS];
+
+pub fn responses(measured: &Measured<'_>) -> Vec<Found<Response>> {
+    let axes = (0..measured.axes.len()).into_par_iter();
+    axes.map(|loaded| response(measured, loaded)).collect()
+}
+
+/// Returns the reference loads of a recording, and the samples in which no axis but `loaded` is loaded. Returns `None`
+/// without a reference for each axis.
+fn samples<'a>(
+    measured: &Measured<'_>,
+    columns: &'a Columns<'_>,
+    loaded: usize,
+) -> Option<(Vec<&'a [f64]>, Vec<usize>)> {
+    let loads: Vec<&[f64]> = columns.loads.iter().map(Option::as_deref).collect::<Option<_>>()?;
+    let share = measured.settings.alone_share;
+    let others = measured.full_scale.iter().enumerate();
+    let others: Vec<(usize, f64)> = others
+        .filter(|(axis, _)| *axis != loaded)
+        .map(|(axis, full_scale)| (axis, share * full_scale))
+        .collect();
+    let is_alone = |k: &usize| others.iter().all(|(axis, most)| loads[*axis][*k].abs() <= *most);
+    let found = (0..columns.run.times.len()).filter(is_alone).collect();
+    Some((loads, found))
+}
+
+fn response(measured: &Measured<'_>, loaded: usize) -> Found<Response> {
+    let (axis, n_axes, settings) = (measured.axes[loaded], measured.axes.len(), measured.settings);
+    let full_scale = measured.full_scale[loaded];
+    if n_axes == 1 {
+        return Err(Reason::OnlyAxis { axis });
+    }
+    if full_scale <= 0.0 {
+        return Err(Reason::NoFullScale { axis });
+    }
+    let runs: Vec<_> = (measured.runs.iter())
+        .filter_map(|columns| Some((columns, samples(measured, columns, loaded)?)))
+        .collect();
+    let sizes = || {
+        let runs = runs.iter();
+        runs.flat_map(|(_, (loads, samples))| samples.iter().map(|k| loads[loaded][*k].abs()))
+    };
+    let present = PRESENT.max(settings.alone_share) * full_scale;
+    let count = sizes().filter(|load| *load > present).count();
+    if count < FEWEST_SAMPLES || sizes().fold(0.0, f64::max) < settings.loaded_share * full_scale {
+        let (loaded_share, alone_share) = (settings.loaded_share, settings.alone_share);
+        return Err(Reason::NeverAlone { axis, loaded_share, alone_share });
+    }
+    let of = |output: usize, axis: usize| {
+        let points: Vec<Vec<(f64, f64)>> = (runs.iter())
+            .map(|(columns, (loads, samples))| {
+                let outputs = columns.run.outputs()[output];
+                let error = |k: usize| outputs[k * n_axes + axis] - loads[axis][k];
+                samples.iter().map(|k| (loads[loaded][*k], error(*k))).collect()
+            })
+            .filter(|points: &Vec<_>| !points.is_empty())
+            .collect();
+        Some(slope(&points, present)? * full_scale)
+    };
+    Ok(std::array::from_fn(|output| {
+        (0..n_axes).map(|axis| if axis == loaded { None } else { of(output, axis) }).collect()
+    }))
+}
+
+/// Returns the least-squares slope of errors against loads, with an offset for each recording. Returns `None` if no load
+/// differs from the mean of its recording by more than `apart`.
+fn slope(runs: &[Vec<(f64, f64)>], apart: f64) -> Option<f64> {
+    let (mut xx, mut xy, mut reach) = (0.0, 0.0, 0.0_f64);
+    for points in runs {
+        let (x0, y0) = means(points);
+        for (x, y) in points {
+            xx += (x - x0) * (x - x0);
+            xy += (x - x0) * (y - y0);
+            reach = reach.max((x - x0).abs());
+        }
+    }
+    (reach > apart).then(|| xy / xx)
+}
+
+fn means(points: &[(f64, f64)]) -> (f64, f64) {
+    let n = points.len() as f64;
+    let sums = points.iter().fold((0.0, 0.0), |sums, (x, y)| (sums.0 + x, sums.1 + y));
+    (sums.0 / n, sums.1 / n)
+}
+
+pub fn crosstalk_figures(
+    measured: &Measured<'_>,
+    responses: &[Found<Response>],
+    axis: usize,
+    output: usize,
+) -> Vec<(Quantity, Figure)> {
+    let of_axis = |(loaded, from): (usize, &Axis)| {
+        let found = match &responses[loaded] {
+            Err(reason @ Reason::OnlyAxis { .. }) => Err(reason.clone()),
+            _ if loaded == axis => Err(Reason::LoadedAxis { axis: *from }),
+            Ok(response) => response[output][axis].ok_or(Reason::NotLinear { axis: *from }),
+            Err(reason) => Err(reason.clone()),
+        };
+        (Quantity::Crosstalk(*from), found.map(Value::everywhere))
+    };
+    measured.axes.iter().enumerate().map(of_axis).collect()
+}
+
+/// The effects are given for this change of the temperature (°C).
+const PER: f64 = 10.0;
+/// Smallest range of temperatures from which their effects are computed (°C).
+const LEAST: f64 = 2.0;
+/// Number of parts that are left out in turn to find the uncertainty of the effects.
+const PARTS: usize = 10;
+/// Offset, load, temperature, and their product.
+const TERMS: usize = 4;
+
+pub fn noise_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+    let dwells = view.runs.iter().flat_map(|run| {
+        let holds = view.measured.holds[run.index].iter();
+        holds.map(move |hold| (run, hold))
+    });
+    let longest = dwells.max_by_key(|(_, hold)| hold.samples.len());
+    let settings = view.measured.settings;
+    let (noise, span) = match longest {
+        Some((run, hold)) => {
+            let outputs = &run.outputs[output][hold.samples.clone()];
+            // A value minus the mean of its neighbours has 1.5 times the variance of white noise.
+            let off = outputs.windows(3).map(|near| near[1] - 0.5 * (near[0] + near[2]));
+            let off: Vec<f64> = off.map(|off| off / 1.5_f64.sqrt()).collect();
+            let mean_square = off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64;
+            let place = Some(run.place(hold.samples.clone()));
+            let span = Value::at(off.into_iter().collect::<MinMax>().span(), place.clone());
+            (Value::at(mean_square.sqrt(), place), Ok(span))
+        }
+        None => {
+            let all = view.runs.iter().map(|run| white_noise(&run.outputs[output]));
+            let (axis, secs) = (view.axis, settings.hold_secs);
+            (
+                Value::everywhere(all.fold(0.0, f64::max)),
+                Err(Reason::NoHold { axis, share: 0.0, secs }),
+            )
+        }
+    };
+    [(Quantity::Noise, Ok(noise)), (Quantity::NoisePeakToPeak, span)]
+}
+
+/// Sums for the least-squares fit of errors: products of the terms, and of the terms and the error.
+#[derive(Clone, Copy, Default)]
+struct Sums([[f64; TERMS + 1]; TERMS]);
+
+impl Sums {
+    fn add(&mut self, terms: [f64; TERMS], error: f64) {
+        for (row, term) in self.0.iter_mut().zip(terms) {
+            row.iter_mut().zip(terms).for_each(|(sum, other)| *sum += term * other);
+            row[TERMS] += term * error;
+        }
+    }
+
+    fn plus(mut self, other: &Self) -> Self {
+        let all = self.0.as_flattened_mut().iter_mut().zip(other.0.as_flattened());
+        all.for_each(|(sum, other)| *sum += other);
+        self
+    }
+
+    /// Returns the coefficients by elimination; `None` if the terms do not determine them.
+    fn solved(self) -> Option<[f64; TERMS]> {
+        let mut rows = self.0;
+        for at in 0..TERMS {
+            let pivot = rows[at];
+            // The terms are centred and scaled, so a small pivot means that a term follows from the others.
+            if pivot[at] <= 1e-6 * self.0[at][at] {
+                return None;
+            }
+            for (other, row) in rows.iter_mut().enumerate() {
+                let factor = if other == at { 0.0 } else { row[at] / pivot[at] };
+                row.iter_mut().zip(pivot).for_each(|(value, pivot)| *value -= factor * pivot);
+            }
+        }
+        Some(std::array::from_fn(|at| rows[at][TERMS] / rows[at][at]))
+    }
+}
+
+pub fn temperature_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 2] {
+    let effects = temperature_effects(view, output);
+    [(Quantity::TemperatureZero, 0), (Quantity::TemperatureSpan, 1)].map(|(quantity, at)| {
+        let figure = effects.as_ref().map_err(Clone::clone).map(|(values, errors)| Value {
+            uncertainty: Some(errors[at]),
+            ..Value::everywhere(values[at])
+        });
+        (quantity, figure)
+    })
+}
+
+/// Returns the change of the error at zero and at full load by a change of the temperature, and both standard uncertainties.
+fn temperature_effects(view: &AxisView<'_>, output: usize) -> Found<([f64; 2], [f64; 2])> {
+    let (axis, full_scale) = (view.axis, view.full_scale);
+    let none = Reason::NoTemperature { axis, least: LEAST };
+    let runs: Vec<(_, Vec<f64>)> = (view.runs.iter())
+        .filter_map(|run| {
+            let table = run.columns.run.auxiliary?;
+            let at = table.units().iter().position(|unit| unit == "°C")?;
+            Some((run, (0..run.loads.len()).map(|k| table.at(k)[at]).collect()))
+        })
+        .collect();
+    let range: MinMax = runs.iter().flat_map(|(_, temperatures)| temperatures).copied().collect();
+    if range.span().is_nan() || range.span() < LEAST {
+        return Err(none);
+    }
+    if full_scale <= 0.0 {
+        return Err(Reason::NoFullScale { axis });
+    }
+    let (middle, half) = (0.5 * (range.min + range.max), 0.5 * range.span());
+    let n: usize = runs.iter().map(|(_, temperatures)| temperatures.len()).sum();
+    let mut parts = [Sums::default(); PARTS];
+    let mut done = 0;
+    for (run, temperatures) in &runs {
+        let errors = run.errors(output, 0..run.loads.len());
+        for ((error, load), warm) in errors.zip(run.loads).zip(temperatures) {
+            let (load, warm) = (load / full_scale, (warm - middle) / half);
+            parts[done * PARTS / n].add([1.0, load, warm, load * warm], error);
+            done += 1;
+        }
+    }
+    let all = |left_out: Option<usize>| {
+        let kept = parts.iter().enumerate().filter(|(part, _)| Some(*part) != left_out);
+        let sums = kept.fold(Sums::default(), |sums, (_, part)| sums.plus(part));
+        let [.., zero, span] = sums.solved()?;
+        Some([zero, span].map(|effect| effect * PER / half))
+    };
+    let values = all(None).ok_or(none)?;
+    // Jackknife: the effects without each part in turn.
+    let without: Vec<[f64; 2]> = (0..PARTS).filter_map(|part| all(Some(part))).collect();
+    let errors = [0, 1].map(|at| {
+        let mean = without.iter().map(|own| own[at]).sum::<f64>() / without.len() as f64;
+        let squares = without.iter().map(|own| (own[at] - mean).powi(2)).sum::<f64>();
+        (squares * (PARTS - 1) as f64 / PARTS as f64).sqrt()
+    });
+    Ok((values, errors))
 }

@@ -1,18 +1,29 @@
 //! Inputs of the metrology figures (recordings with their loads), and the computed figures.
+//!
+//! Settings of the metrology figures, and their defaults.
+//!
+//! Reasons why a metrology figure is missing, as sentences that take the place of the figure.
+//!
+//! Quantities of the metrology table, and their definitions.
 
+use std::borrow::Cow;
+use std::mem::discriminant;
 use std::ops::Range;
 
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::{
     calibration::AppliedLoads,
     finding::Finding,
-    questions::metrology::{
-        quantity::{Definition, Quantity},
-        reason::Reason,
-    },
+    progress::Cancelled,
     recording::{AuxiliaryTable, Axis, Recording},
-    scoring::lag::LagRun,
+    scoring::{
+        holds::NoTimeConstant,
+        lag::{LagRun, NoLag},
+        loops::{FEWEST_CYCLES, FULL_SHARE, LoadExtent, MOST, NOISE_FACTOR},
+        numbers::significant,
+    },
+    shown::counted,
 };
 
 /// One recording, with the loads that a calibration computes from it.
@@ -240,4 +251,647 @@ pub fn figure<S: Serializer>(figure: &Figure, serializer: S) -> Result<S::Ok, S:
         reason: figure.as_ref().err().map(Reason::to_string),
     }
     .serialize(serializer)
+}
+
+/// Settings of the metrology table.
+///
+/// | field | default | range | meaning |
+/// |---|---|---|---|
+/// | `reversal_thresholds` | none | ≥ 0 | reversal threshold per axis, in its unit; `None` computes it from noise and range |
+/// | `hold_secs` | 5 s | > 0 | shortest dwell |
+/// | `still_share` | 0.01 | 0 to 1 | in a dwell each axis stays within this share of its full scale, or ten times its noise |
+/// | `zero_share` | 0.01 | 0 to 1 | at zero each axis is within this share of its full scale from zero |
+/// | `loaded_share` | 0.5 | 0 to 1 | an axis counts as loaded from this share of its full scale |
+/// | `alone_share` | 0.02 | 0 to 1 | an axis is loaded alone if all other axes are within this share of their full scales |
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MetrologySettings {
+    /// Reversal threshold per axis, in axis order: the smallest change of load that counts as a reversal. Missing entries and
+    /// `None` are computed from noise and range of the load ([`LoadExtent`]).
+    #[serde(alias = "dead_bands")]
+    pub reversal_thresholds: Vec<Option<f64>>,
+    /// Shortest dwell (s).
+    pub hold_secs: f64,
+    /// Largest movement of a load that still counts as a dwell, as a share of full scale.
+    pub still_share: f64,
+    /// Largest load of an axis that counts as zero, as a share of full scale.
+    pub zero_share: f64,
+    /// Smallest load at which an axis counts as loaded, as a share of full scale.
+    pub loaded_share: f64,
+    /// Largest load of an axis that counts as unloaded while another axis is loaded alone, as a share of full scale.
+    pub alone_share: f64,
+}
+
+impl Default for MetrologySettings {
+    fn default() -> Self {
+        Self {
+            reversal_thresholds: Vec::new(),
+            hold_secs: 5.0,
+            still_share: 0.01,
+            zero_share: 0.01,
+            loaded_share: 0.5,
+            alone_share: 0.02,
+        }
+    }
+}
+
+/// Rules that define loops, dwells and figures.
+///
+/// **Shapes** one full scale and one extent (noise and range of the load) per axis.
+///
+/// **Units** full scales in N and N·m; 0 if there is none.
+#[derive(Clone, Copy, Debug)]
+pub struct Rules<'a> {
+    /// Axes of the calibration.
+    pub axes: &'a [Axis],
+    /// Full scale of each axis of the calibration.
+    pub full_scale: &'a [f64],
+    /// Metrology settings that the user chose.
+    pub settings: &'a MetrologySettings,
+    /// Noise and range of each load, for reversal thresholds that the user did not set; see
+    /// [`extents_of_set`](crate::scoring::loops::extents_of_set).
+    pub extents: &'a [LoadExtent],
+}
+
+impl Rules<'_> {
+    /// Returns the reversal threshold of the axis at this position, in its unit.
+    pub fn reversal_threshold(&self, at: usize) -> f64 {
+        let chosen = self.settings.reversal_thresholds.get(at).copied().flatten();
+        chosen.unwrap_or_else(|| self.extents.get(at).map_or(0.0, LoadExtent::reversal_threshold))
+    }
+
+    /// Returns the largest movement of the load within a dwell, for the axis at this position, in its unit.
+    pub(crate) fn still(&self, at: usize) -> f64 {
+        let noise = self.extents.get(at).map_or(0.0, |extent| extent.noise);
+        (self.settings.still_share * self.full_scale[at]).max(NOISE_FACTOR * noise)
+    }
+}
+
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum MetrologyError {
+    #[error("{given} {what}s are given for {axes} axes; give one for each axis, in axis order")]
+    Count { what: &'static str, given: usize, axes: usize },
+    #[error("the {what} of axis {position} is {value}; enter a number of zero or above")]
+    PerAxis { what: &'static str, position: usize, value: f64 },
+    #[error("the shortest dwell is {value} s; enter a number above zero")]
+    HoldSecs { value: f64 },
+    #[error("{what} is {value}; enter a share of full scale, between 0 and 1")]
+    Share { what: &'static str, value: f64 },
+    #[error("{recording}: the {what} has {actual} numbers, but {expected} are needed")]
+    Shape { recording: String, what: &'static str, expected: usize, actual: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl MetrologySettings {
+    /// Checks that every setting is in its range.
+    ///
+    /// # Errors
+    /// [`MetrologyError`] for the first setting that is out of range.
+    pub fn validate(&self, n_axes: usize) -> Result<(), MetrologyError> {
+        if !self.reversal_thresholds.is_empty() {
+            let chosen: Vec<f64> =
+                self.reversal_thresholds.iter().map(|band| band.unwrap_or(0.0)).collect();
+            check_per_axis("reversal threshold", &chosen, n_axes)?;
+        }
+        if !(self.hold_secs > 0.0 && self.hold_secs.is_finite()) {
+            return Err(MetrologyError::HoldSecs { value: self.hold_secs });
+        }
+        for (what, value) in [
+            ("the stability tolerance of a dwell", self.still_share),
+            ("the largest load that counts as zero", self.zero_share),
+            ("the smallest load at which an axis counts as loaded", self.loaded_share),
+            ("the largest load at which an axis counts as unloaded", self.alone_share),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(MetrologyError::Share { what, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks that `values` has one number for each axis, and that no number is below zero.
+pub fn check_per_axis(
+    what: &'static str,
+    values: &[f64],
+    n_axes: usize,
+) -> Result<(), MetrologyError> {
+    if values.len() != n_axes {
+        return Err(MetrologyError::Count { what, given: values.len(), axes: n_axes });
+    }
+    match values.iter().position(|value| !(*value >= 0.0 && value.is_finite())) {
+        None => Ok(()),
+        Some(at) => Err(MetrologyError::PerAxis { what, position: at + 1, value: values[at] }),
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Reason {
+    #[error(
+        "no recording has a reference load for {axis}; record this load in a column named {axis}"
+    )]
+    NoReference { axis: Axis },
+    #[error(
+        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; apply a larger load, or choose a smaller reversal threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
+    )]
+    ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
+    #[error(
+        "the recordings are load cases without times, so {axis} has no loop, no dwell and no creep; record a motion, with its times in a column t"
+    )]
+    NoTimes { axis: Axis },
+    #[error(
+        "no load case of {axis} was measured twice, so the repeatability is unknown; measure load cases twice"
+    )]
+    NoRepeats { axis: Axis },
+    #[error("{axis} only {} in every recording, so there is no second branch to compare; record a rising and a falling load", if *.rises { "rises" } else { "falls" })]
+    OneBranch { axis: Axis, rises: bool },
+    #[error(
+        "{axis} has no cycle within a recording; record a rising and a falling load in one run"
+    )]
+    NoCycle { axis: Axis },
+    #[error("this figure needs a rising load, but {axis} only falls; record a rising load")]
+    NoRisingBranch { axis: Axis },
+    #[error(
+        "the branch of {axis} has samples at only {found} loads; load the axis more slowly, or record at a higher rate"
+    )]
+    TooFewLoads { axis: Axis, found: usize },
+    #[error(
+        "{axis} has {} (at least {} % of the largest cycle's range), with {} % of the load range in common; a mean loop needs {} \
+         cycles with more than {} % in common. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        short(100.0 * MOST)
+    )]
+    FewCycles { axis: Axis, count: usize, share: f64 },
+    #[error(
+        "no recording has two large branches of {axis} in the same direction; repeat the cycle in one run"
+    )]
+    TooFewCycles { axis: Axis },
+    #[error(
+        "no cycle of {axis} is repeated: no cycle turns at the same loads as the previous cycle; repeat the cycle in one run"
+    )]
+    NotRepeated { axis: Axis },
+    #[error(
+        "the cycles of {axis} are not repeated: at equal {axis}, the load on {other} differs; repeat the cycle with one axis loaded"
+    )]
+    OthersDiffer { axis: Axis, other: Axis },
+    #[error(
+        "this figure of {axis} is below the noise of the recordings, which alone could give {} {}; repeat the cycle, or record more slowly", significant(*.limit, 2), .axis.unit()
+    )]
+    BelowNoise { axis: Axis, limit: f64, percent: Option<f64> },
+    #[error("no recording with a reference for {axis} has a channel in °C that changes by {} °C", short(*.least))]
+    NoTemperature { axis: Axis, least: f64 },
+    #[error("{axis} has no full scale, because the axis is never loaded; enter a full scale")]
+    NoFullScale { axis: Axis },
+    #[error(
+        "no recording holds the load constant for {} s while {axis} is at {} % of full scale or above",
+        short(*.secs), short(100.0 * .share)
+    )]
+    NoHold { axis: Axis, share: f64, secs: f64 },
+    #[error(
+        "no recording dwells at zero for {} s (every axis within {} % of full scale)",
+        short(*.secs), short(100.0 * .share)
+    )]
+    NoZero { share: f64, secs: f64 },
+    #[error(
+        "no recording dwells at zero both before and after {axis} is at {} % of full scale or above", short(100.0 * .share)
+    )]
+    NoReturn { axis: Axis, share: f64 },
+    #[error(
+        "no recording dwells at zero after {axis} is at {} % of full scale or above", short(100.0 * .share)
+    )]
+    NoRecovery { axis: Axis, share: f64 },
+    #[error("the time lag of {axis} is unknown: {reason}")]
+    NoLag { axis: Axis, reason: NoLag },
+    #[error("the time lag explains {:.0} % of the mean loop width of {axis}, so the hysteresis needs no correction for the lag", 100.0 * .share)]
+    LagExplainsLittle { axis: Axis, share: f64 },
+    #[error(
+        "the time lag is uncertain, so the hysteresis of {axis} without the lag is uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
+    )]
+    LagTooUncertain { axis: Axis, uncertainty: f64 },
+    #[error(transparent)]
+    NoTimeConstant(#[from] NoTimeConstant),
+    #[error("{axis} is the loaded axis, and an axis has no crosstalk onto itself")]
+    LoadedAxis { axis: Axis },
+    #[error("{axis} is the only axis, so there is no crosstalk")]
+    OnlyAxis { axis: Axis },
+    #[error(
+        "no recording loads {axis} alone (to {} % of full scale or above, with every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
+    )]
+    NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
+    #[error(
+        "while {axis} alone is loaded, its load hardly changes, so there is no slope; record {axis} loaded and unloaded in one run"
+    )]
+    NotLinear { axis: Axis },
+    #[error(
+        "{recording}: the load or the output of {axis} is not a finite number in sample {sample}"
+    )]
+    NotFinite { axis: Axis, recording: String, sample: usize },
+    #[error("the loads or errors of {axis} are too large to compute with")]
+    Overflow { axis: Axis },
+}
+
+impl Reason {
+    /// Returns the reason in one or two words, for a narrow table cell.
+    pub fn word(&self) -> Cow<'static, str> {
+        Cow::Borrowed(match self {
+            Self::BelowNoise { percent: Some(percent), .. } => {
+                return format!("below noise ({} % FS)", significant(*percent, 2)).into();
+            }
+            Self::BelowNoise { .. } => "below noise",
+            Self::NoTemperature { .. } => "no °C",
+            Self::NoReference { .. } => "no ref.",
+            Self::ConstantLoad { .. } => "constant",
+            Self::NoTimes { .. } => "no times",
+            Self::NoRepeats { .. } => "no repeats",
+            Self::OneBranch { .. } => "1 branch",
+            Self::NoCycle { .. } => "no cycle",
+            Self::NoRisingBranch { .. } => "no rise",
+            Self::TooFewLoads { .. } => "few loads",
+            Self::FewCycles { .. } => "few cycles",
+            Self::TooFewCycles { .. } => "1 cycle",
+            Self::NotRepeated { .. } | Self::OthersDiffer { .. } => "no repeats",
+            Self::NotLinear { .. } => "1 load",
+            Self::NoFullScale { .. } => "no FS",
+            Self::NoHold { .. } => "no dwell",
+            Self::NoZero { .. } => "no zero",
+            Self::NoReturn { .. } => "no return",
+            Self::NoRecovery { .. } => "no zero",
+            Self::NoTimeConstant(_) => "no τ",
+            Self::NoLag { .. } | Self::LagTooUncertain { .. } => "not known",
+            Self::LagExplainsLittle { .. } => "no lag",
+            Self::LoadedAxis { .. } => "·",
+            Self::OnlyAxis { .. } => "only axis",
+            Self::NeverAlone { .. } => "not alone",
+            Self::NotFinite { .. } => "not finite",
+            Self::Overflow { .. } => "too large",
+        })
+    }
+}
+
+/// Returns a number as text with three significant digits, without trailing zeros.
+fn short(value: f64) -> String {
+    let digits = significant(value, 3);
+    if digits.contains('.') && !digits.contains('e') {
+        digits.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        digits
+    }
+}
+
+/// Quantity that a row of the metrology table shows, defined in [`QUANTITIES`]. A crosstalk quantity contains the loaded
+/// axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Quantity {
+    Hysteresis,
+    MeanLoopHysteresis,
+    LoopArea,
+    TerminalNonlinearity,
+    BestFitNonlinearity,
+    CombinedError,
+    Repeatability,
+    ZeroReturn,
+    TimeLag,
+    HysteresisWithoutLag,
+    Creep,
+    CreepTime,
+    CreepRecovery,
+    Noise,
+    NoisePeakToPeak,
+    TemperatureZero,
+    TemperatureSpan,
+    Crosstalk(Axis),
+    Rmse,
+    LargestError,
+    Error95,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Definition {
+    /// Short, constant id of the quantity, for programs that read the table.
+    pub id: String,
+    pub name: String,
+    pub definition: &'static str,
+    /// Standard or book from which the definition is taken.
+    pub source: &'static str,
+    /// Conditions that the source of the definition requires and a free-running recording does not meet; may be empty.
+    pub free_running: &'static str,
+}
+
+impl Definition {
+    pub fn sentences(&self) -> Vec<String> {
+        let mut sentences =
+            vec![format!("{}.", self.definition), format!("Source: {}.", self.source)];
+        if !self.free_running.is_empty() {
+            sentences.push(format!("Free-running: {}.", self.free_running));
+        }
+        sentences
+    }
+}
+
+impl Quantity {
+    pub fn all(axes: &[Axis]) -> Vec<Self> {
+        let all = QUANTITIES.iter().flat_map(|(quantity, _)| match quantity {
+            Self::Crosstalk(_) => axes.iter().copied().map(Self::Crosstalk).collect(),
+            single => vec![*single],
+        });
+        all.collect()
+    }
+
+    /// Returns the loaded axis of a crosstalk row; `None` for any other row.
+    pub fn crosstalk_from(self) -> Option<Axis> {
+        match self {
+            Self::Crosstalk(axis) => Some(axis),
+            _ => None,
+        }
+    }
+
+    /// Returns true if the figures of the quantity are times in seconds, not loads.
+    pub fn is_time(self) -> bool {
+        matches!(self, Self::CreepTime | Self::TimeLag)
+    }
+
+    /// Returns the unit of the figures for this axis.
+    pub fn unit(self, axis: Axis) -> &'static str {
+        match self {
+            Self::LoopArea if axis.is_force() => "N²",
+            Self::LoopArea => "(N·m)²",
+            _ if self.is_time() => "s",
+            _ => axis.unit(),
+        }
+    }
+
+    pub fn definition(self) -> Definition {
+        let is_own = |(of, _): &&(Self, _)| discriminant(of) == discriminant(&self);
+        let (_, texts) = QUANTITIES.iter().find(is_own).expect("QUANTITIES defines every quantity");
+        let [id, name, definition, source, free_running] = *texts;
+        let (id, name) = match self.crosstalk_from() {
+            None => (id.to_owned(), name.to_owned()),
+            Some(axis) => {
+                let symbol = axis.symbol();
+                (format!("{id}_{}", symbol.to_lowercase()), name.replace("Fx", symbol))
+            }
+        };
+        Definition { id, name, definition, source, free_running }
+    }
+}
+
+const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as loop width";
+
+/// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
+/// for Fx only.
+const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
+    (
+        Quantity::Hysteresis,
+        [
+            "hysteresis",
+            "Hysteresis",
+            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Both branches, of which smaller cycles are left out, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over neighbouring loads, up to 12 on each side, until its noise is at most a fiftieth of the largest difference",
+            "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
+            ONE_AXIS_AT_REST,
+        ],
+    ),
+    (
+        Quantity::MeanLoopHysteresis,
+        [
+            "hysteresis_mean_loop",
+            "Hysteresis, mean loop",
+            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, and their common loads must cover more than half of the load range",
+            "as for Hysteresis; this program also averages the cycles, to keep what repeats and to reduce effects of loads on other axes",
+            ONE_AXIS_AT_REST,
+        ],
+    ),
+    (
+        Quantity::LoopArea,
+        [
+            "loop_area",
+            "Loop area",
+            "integral of |falling − rising| of the output over the load, across the load range of the mean loop, or without a mean loop of the largest cycle; in percent, relative to the square of full scale",
+            "as for Hysteresis; the area divided by the range of the loads is the mean width",
+            ONE_AXIS_AT_REST,
+        ],
+    ),
+    (
+        Quantity::TerminalNonlinearity,
+        [
+            "nonlinearity_terminal",
+            "Nonlinearity, terminal line",
+            "largest deviation of the mean rising branch from the straight line through its two ends, averaged over hundredths of the range and over the cycles of the mean loop (without a mean loop, in the largest cycle). On a staircase, the last third of each step is averaged instead. Elsewhere, the deviation is averaged over neighbours as for Hysteresis. The mean square of the noise is subtracted from the square of the deviation. A deviation below three standard deviations of the noise is \"below noise\"",
+            "load-cell makers' glossaries: from no load to rated load, rising only",
+            "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and the hysteresis of earlier loads affects its start",
+        ],
+    ),
+    (
+        Quantity::BestFitNonlinearity,
+        [
+            "nonlinearity_best_fit",
+            "Nonlinearity, best-fit line",
+            "as for Nonlinearity, terminal line, but from the least-squares line, with equal weight for every hundredth of the range, or for every step of a staircase",
+            "sensor makers' data sheets (best-fit straight line), rising only",
+            "as for Nonlinearity, terminal line",
+        ],
+    ),
+    (
+        Quantity::CombinedError,
+        [
+            "combined_error",
+            "Combined error",
+            "largest deviation of both mean branches from the line through the ends of the rising branch; noise as for Nonlinearity, terminal line",
+            "load-cell makers' glossaries: nonlinearity and hysteresis in one figure",
+            "as for Hysteresis and for Nonlinearity, terminal line",
+        ],
+    ),
+    (
+        Quantity::Repeatability,
+        [
+            "repeatability",
+            "Repeatability",
+            "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles, without its noise; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
+            "load-cell makers' glossaries: same load, same direction, same conditions",
+            "the conditions, for example the speed, may differ between the repeated cycles of a recording",
+        ],
+    ),
+    (
+        Quantity::TimeLag,
+        [
+            "time_lag",
+            "Time lag",
+            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual. Found by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
+             and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time in which the load changes by its own standard deviation",
+            "system identification; no standard defines a time lag of the sensor",
+            "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
+        ],
+    ),
+    (
+        Quantity::HysteresisWithoutLag,
+        [
+            "hysteresis_without_lag",
+            "Hysteresis, lag removed",
+            "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean loop width, and if the hysteresis changes by at most a tenth, or by 0.3 % of full scale, when the lag is changed by two standard errors",
+            "as for Hysteresis",
+            ONE_AXIS_AT_REST,
+        ],
+    ),
+    (
+        Quantity::ZeroReturn,
+        [
+            "zero_return",
+            "Zero return",
+            "mean of output − load in the first seconds at zero after the axis was loaded, minus the mean in the last seconds at zero before the load; the largest change in all recordings, with its sign. Both intervals are as long as the shortest dwell",
+            "OIML R 60-1, 2.1.5 (output at minimum load after a load, minus the output before)",
+            "the standard applies the load for 30 min; here the time depends on the recording",
+        ],
+    ),
+    (
+        Quantity::Creep,
+        [
+            "creep",
+            "Creep",
+            "change of output − load from the beginning to the end of the longest dwell with the axis loaded, on a fitted first-order \
+        exponential, with its sign",
+            "OIML R 60-1, 2.1.5 (change of the output under a constant load)",
+            "the standard holds 90 to 100 % of the maximum load for 30 min; here half of full scale is enough, and the time depends on the recording",
+        ],
+    ),
+    (
+        Quantity::CreepTime,
+        [
+            "creep_time_constant",
+            "Creep, time constant",
+            "τ of output − load = a + b (1 − exp(−t / τ)), fitted to the dwell of the creep figure",
+            "a first-order creep element; no standard defines its time constant",
+            "",
+        ],
+    ),
+    (
+        Quantity::CreepRecovery,
+        [
+            "creep_recovery",
+            "Creep recovery",
+            "change of output − load from the beginning to the end of the longest dwell at zero after the axis was loaded, on a \
+        fitted first-order exponential, with its sign",
+            "load-cell makers' glossaries: change of zero after a held load is removed",
+            "here the load may have been removed without being held before",
+        ],
+    ),
+    (
+        Quantity::Noise,
+        [
+            "noise",
+            "Noise, RMS",
+            "standard deviation of the output's white noise at the sampling rate in the longest dwell: of each value minus the mean of its two neighbours, divided by √1.5. Without a dwell, it is that of the noisiest recording, from the median",
+            "statistics; no standard defines this figure",
+            "",
+        ],
+    ),
+    (
+        Quantity::NoisePeakToPeak,
+        [
+            "noise_peak_to_peak",
+            "Noise, peak to peak",
+            "largest minus smallest of the values from which Noise, RMS is computed, in the longest dwell",
+            "statistics; no standard defines this figure",
+            "a longer dwell has a larger value",
+        ],
+    ),
+    (
+        Quantity::TemperatureZero,
+        [
+            "temperature_zero",
+            "Temperature effect on zero",
+            "change of output − load at zero load for 10 °C, by least squares on the load, the first channel in °C, and their product. Its uncertainty comes from leaving out each tenth of the samples",
+            "OIML R 60-1 and VDI/VDE 2638 (temperature effect on the zero signal)",
+            "the standards wait until the temperature is equal everywhere; a gradient has other effects",
+        ],
+    ),
+    (
+        Quantity::TemperatureSpan,
+        [
+            "temperature_span",
+            "Temperature effect on span",
+            "further change of output − load at full scale for 10 °C; from the product in Temperature effect on zero",
+            "OIML R 60-1 and VDI/VDE 2638 (temperature effect on the sensitivity)",
+            "as for Temperature effect on zero",
+        ],
+    ),
+    (
+        Quantity::Crosstalk(Axis::Fx),
+        [
+            "crosstalk_from",
+            "Crosstalk from Fx",
+            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Only samples count in which all other axes are within 2 % of full scale, and the loaded axis must reach 50 % of its full scale (both shares can be set)",
+            "common practice for multi-axis sensors",
+            "a calibration bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count as crosstalk",
+        ],
+    ),
+    (
+        Quantity::Rmse,
+        [
+            "rmse",
+            "RMSE",
+            "root mean square of output − load over all samples",
+            "statistics; no standard defines this error figure",
+            "",
+        ],
+    ),
+    (
+        Quantity::LargestError,
+        [
+            "largest_error",
+            "Largest error",
+            "largest |output − load| over all samples",
+            "statistics; no standard defines this error figure",
+            "",
+        ],
+    ),
+    (
+        Quantity::Error95,
+        [
+            "error_95",
+            "95 % error",
+            "|output − load| that 95 % of all samples do not exceed",
+            "statistics; makers of multi-axis sensors state accuracy per axis in percent of full scale",
+            "neighbouring samples are correlated, so the 95 % are a share of time, not a confidence level",
+        ],
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use crate::questions::metrology::figures::*;
+
+    #[test]
+    fn values_out_of_range_are_named() {
+        let with = |change: fn(&mut MetrologySettings)| {
+            let mut settings = MetrologySettings::default();
+            change(&mut settings);
+            settings.validate(2)
+        };
+        assert_eq!(with(|_| {}), Ok(()));
+        assert_eq!(with(|s| s.reversal_thresholds = vec![None, Some(0.0)]), Ok(()));
+        assert!(with(|s| s.reversal_thresholds = vec![Some(1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(-1.0)]).is_err());
+        assert!(with(|s| s.reversal_thresholds = vec![None, Some(f64::NAN)]).is_err());
+        assert!(with(|s| s.hold_secs = 0.0).is_err());
+        assert!(with(|s| s.zero_share = f64::NAN).is_err());
+        assert!(with(|s| s.alone_share = 1.1).is_err());
+    }
+}
+
+#[cfg(test)]
+mod quantity_tests {
+    use crate::questions::metrology::figures::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn every_row_has_its_own_id_and_a_definition() {
+        let all = Quantity::all(&Axis::ALL);
+        assert_eq!(all.len(), 26);
+        let definitions = all.iter().map(|quantity| quantity.definition());
+        let ids: HashSet<String> = definitions
+            .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))
+            .map(|row| row.id)
+            .collect();
+        assert_eq!(ids.len(), all.len());
+        assert!(ids.contains("crosstalk_from_fx"));
+    }
 }

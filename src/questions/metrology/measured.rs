@@ -8,10 +8,9 @@ use crate::{
     calibration::LARGEST,
     column::column,
     progress::{Cancelled, Progress},
-    questions::metrology::{
-        figures::{Figure, OUTPUTS, Place, Run, Value},
-        reason::Reason,
-        settings::{MetrologyError, MetrologySettings, Rules, check_per_axis},
+    questions::metrology::figures::{
+        Figure, MetrologyError, MetrologySettings, OUTPUTS, Place, Reason, Rules, Run, Value,
+        check_per_axis,
     },
     recording::Axis,
     scoring::{

@@ -17,29 +17,21 @@
 //! a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the conditions
 //! for each row.
 
-mod case_rows;
-mod crosstalk;
 mod dwell_rows;
 mod figures;
-mod influence_rows;
 mod loop_rows;
 mod measured;
-mod quantity;
-mod reason;
-mod settings;
 pub(crate) mod shown;
-mod steps;
 mod table;
 
 pub(crate) use dwell_rows::{Dwell, dwells};
-pub use figures::{Basis, Cell, Figure, Metrology, Place, Row, Run, Value};
+pub use figures::{
+    Basis, Cell, Figure, Metrology, MetrologySettings, Place, Row, Rules, Run, Value,
+};
+pub(crate) use figures::{MetrologyError, Quantity, Reason};
 pub(crate) use loop_rows::Cycles;
 pub(crate) use measured::check_numbers;
 pub use measured::{Lags, lags_of};
-pub(crate) use quantity::Quantity;
-pub(crate) use reason::Reason;
-pub(crate) use settings::MetrologyError;
-pub use settings::{MetrologySettings, Rules};
 pub use shown::crosstalk;
 pub(crate) use shown::{axis_figures, figure_records, overview};
 pub use table::table_by;

@@ -3,8 +3,7 @@
 use crate::{
     questions::metrology::{
         self,
-        figures::{Basis, Figure, Metrology, Row, Value},
-        reason::Reason,
+        figures::{Basis, Figure, Metrology, Reason, Row, Value},
     },
     report::{
         table::{self, Cell, Column, Table},

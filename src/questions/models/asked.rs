@@ -7,8 +7,7 @@ use crate::{
     questions::{
         models::{
             best::{Best, Search, find_best},
-            learning::TrainingStep,
-            training::train,
+            training::{TrainingStep, train},
         },
         question::{Answered, Query, Work},
         request::Request,

@@ -22,8 +22,7 @@ use crate::{
         error::AnalysisError,
         models::{
             folds::NestedFolds,
-            recipes::{self, Candidates, Recipe},
-            side::{Effort, Side},
+            recipes::{self, Candidates, Effort, Recipe, Side},
             table::{Mark, Model, ModelRow, model_table, weights},
         },
     },

@@ -10,11 +10,8 @@ use crate::{
         question::{Answered, Query, Work},
         request::Request,
         thresholds::{
-            grid::ThresholdGrid,
-            map::ThresholdMap,
-            measure::Measure,
-            past_ages::PastAges,
-            study::{BlockSuggestion, HistoryBlock, Study},
+            map::{Measure, ThresholdGrid, ThresholdMap},
+            study::{BlockSuggestion, HistoryBlock, PastAges, Study},
         },
     },
     scoring::mean_hysteresis::MeanHysteresis,

@@ -15,23 +15,14 @@
 //! influence a suggestion.
 
 pub mod asked;
-mod grid;
 mod map;
-mod measure;
-mod past_ages;
 mod saved;
-pub(crate) mod scorer;
 pub(crate) mod study;
-mod suggestion;
 
-pub use grid::ThresholdGrid;
-pub(crate) use grid::{GridError, even_values};
-pub(crate) use map::{Along, ThresholdMap};
-pub use measure::Measure;
-pub(crate) use measure::MeasureScale;
-pub(crate) use past_ages::PastAges;
+pub(crate) use map::{Along, GridError, MeasureScale, Suggestion, ThresholdMap, even_values};
+pub use map::{Measure, ThresholdGrid};
 pub(crate) use saved::{
     MAP_FORMATS, ShownFTh, map_format, threshold_curve, threshold_heat_map, write_threshold_csv,
     write_threshold_svg,
 };
-pub(crate) use suggestion::Suggestion;
+pub(crate) use study::PastAges;

@@ -19,12 +19,10 @@
 //! change of τ if hysteresis is described by fewer radii. If this error is too large, the lag is unknown ([`NoLag`]).
 
 mod grid;
-mod in_time;
 mod kind;
 mod solve;
 
-pub use in_time::{InTime, WORTH_REMOVING, Widths, widths};
-pub use kind::LagKind;
+pub use kind::{InTime, LagKind, WORTH_REMOVING, Widths, widths};
 
 use rayon::prelude::*;
 use serde::Serialize;

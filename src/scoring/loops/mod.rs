@@ -17,29 +17,21 @@
 //! * Branches are compared at 101 loads over their common range. Each branch is averaged over hundredths of its load range
 //!   ([`Curve`]).
 
-mod curve;
 mod cycle;
-mod extents;
 mod outline;
-mod rainflow;
 mod raster;
 mod turns;
 
 use std::cmp::Ordering;
 
-use rainflow::Counted;
+use crate::{min_max::MinMax, scoring::loops::turns::Counted};
 
-use crate::min_max::MinMax;
-
-pub(crate) use curve::Curve;
-pub(crate) use cycle::Cycle;
 pub use cycle::Loop;
-pub(crate) use cycle::quiet;
-pub use extents::{extents_of, extents_of_set};
+pub(crate) use cycle::{Curve, Cycle, quiet};
 pub use outline::{Density, Frame, Outline, outline};
 pub(crate) use outline::{Stroke, inside};
 pub(crate) use turns::{Branch, NOISE_FACTOR};
-pub use turns::{LoadExtent, branches, default_reversal_threshold};
+pub use turns::{LoadExtent, branches, default_reversal_threshold, extents_of, extents_of_set};
 
 /// Minimum share of the largest cycle's range that a full cycle covers.
 pub const FULL_SHARE: f64 = 0.8;
@@ -76,14 +68,14 @@ impl Loops {
         let mut loops = Self { branches: Vec::new(), cycles: Vec::new(), residue: Vec::new() };
         for (recording, loads) in recordings.into_iter().enumerate() {
             let branches = branches(loads, reversal_threshold);
-            let Counted { closed, residue } = rainflow::count(branches.clone(), loads);
+            let Counted { closed, residue } = turns::count(branches.clone(), loads);
             let cycle = |first: &Branch, second: &Branch| Cycle {
                 recording,
                 first: first.clone(),
                 second: second.clone(),
             };
             let closed = closed.iter().map(|[first, second]| cycle(first, second));
-            let pairs = rainflow::pairs(&residue).into_iter();
+            let pairs = turns::pairs(&residue).into_iter();
             let pairs = pairs.map(|at| cycle(&residue[at], &residue[at + 1]));
             let mut cycles: Vec<Cycle> = closed.chain(pairs).collect();
             cycles.sort_by_key(|cycle| cycle.first.samples.start);

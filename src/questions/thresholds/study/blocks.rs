@@ -13,12 +13,9 @@ use crate::{
     features::{Block, ColumnKind, Design, FeatureSettings, Lists, Search, Unit},
     progress::Progress,
     questions::{
-        dataset::{
-            fit::Sums,
-            travels::{MOST_UNKNOWN, Travels},
-        },
+        dataset::{MOST_UNKNOWN, Travels, fit::Sums},
         error::AnalysisError,
-        thresholds::{measure::Measure, study::prepared::Study},
+        thresholds::{map::Measure, study::Study},
     },
     scoring::left_out::LeftOut,
 };

@@ -8,7 +8,10 @@ use crate::{
         error::AnalysisError,
         errors::query::analyse,
         request::Request,
-        thresholds::{grid::ThresholdGrid, map::ThresholdMap, measure::Measure, study::*},
+        thresholds::{
+            map::{Measure, ThresholdGrid, ThresholdMap},
+            study::*,
+        },
     },
     recording::{Entry, Recording, RecordingSet, Role, simulated},
     scoring::score_set::ScoreSet,

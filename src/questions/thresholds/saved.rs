@@ -1,20 +1,92 @@
+//! Files in which a threshold map can be saved. [`MAP_FORMATS`] is the only list of their formats.
+//!
+//! CSV file of a threshold map: one row for each pair of thresholds and each set of samples (train, test, cross-validation).
+//!
 //! Figures of a threshold map: the heat map of the errors over both thresholds, and curves of the error against one
 //! threshold.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
-use super::MapWriter;
 use crate::{
     export::{FileFormat, Together, WriteError},
     features::{Distance, Thresholds},
     questions::thresholds::{Along, Measure, Suggestion, ThresholdMap},
-    report::figure::{self, Figure, HeatMap, Line, Scale, color},
+    report::{
+        Cell, Column, Table,
+        figure::{self, Figure, HeatMap, Line, Scale, color},
+    },
     scoring::score_set::ScoreSet,
 };
 
+/// Writer of a threshold map in one format.
+pub struct MapWriter {
+    /// Function that returns the paths of all files that `write` creates if it is called with this path.
+    pub files: fn(&Path) -> Vec<PathBuf>,
+    pub write: fn(&ThresholdMap, Measure, &Path, &mut Together) -> Result<(), WriteError>,
+}
+
+pub static MAP_FORMATS: &[FileFormat<MapWriter>] = &[CSV, SVG];
+
+/// Returns the file format that belongs to the ending of this path, or the first format for an unknown ending.
+pub fn map_format(path: &Path) -> &'static FileFormat<MapWriter> {
+    FileFormat::for_path(MAP_FORMATS, path).unwrap_or(&MAP_FORMATS[0])
+}
+
+pub const CSV: FileFormat<MapWriter> = FileFormat {
+    name: "Delimited text",
+    ending: "csv",
+    holds: "every number",
+    write: MapWriter {
+        files: |path| vec![path.to_owned()],
+        write: |map, _, path, files| files.write(path, |out| write_threshold_csv(map, out)),
+    },
+};
+
+/// Writes the thresholds, the RMSE of each axis, and the combined RMSE of forces, of moments and of all axes. The first rows
+/// have empty thresholds and describe the conventional calibration. Rows without errors are omitted.
+///
+/// **Units** `t_th` in s, `f_th` in N or as a share of full scale. The header gives the units of the errors. Numbers have
+/// full precision.
+///
+/// # Errors
+/// The I/O errors of `out`.
+pub fn write_threshold_csv(map: &ThresholdMap, out: &mut dyn io::Write) -> io::Result<()> {
+    let is_group = |measure: &Measure| !matches!(measure, Measure::Axis(_));
+    let groups = map.scale.measures().into_iter().filter(is_group);
+    let points = map.points().map(|(at, point)| (Some(at), &point.scores));
+    let all = std::iter::once((None, &map.conventional.scores)).chain(points);
+    let rows = all.flat_map(|(at, scores)| {
+        let sets = ScoreSet::ALL.into_iter();
+        sets.filter_map(move |set| Some((at, set, set.rmse(scores)?)))
+    });
+    let of = |at: &Option<Thresholds>, along: Along| {
+        at.map_or_else(String::new, |at| along.of(at).to_string())
+    };
+    Table::of(rows)
+        .words("f_th", |(at, ..)| of(at, Along::F))
+        .words("t_th", |(at, ..)| of(at, Along::T))
+        .words("set", |(_, set, _)| set.label())
+        .columns(
+            map.scale.axes.iter().enumerate(),
+            |(_, axis)| Column::words(axis.label()),
+            |(.., rmse), (at, _)| Cell::words(rmse[*at].to_string()),
+        )
+        .columns(
+            groups,
+            |group| Column::words(group.label(&map.scale)).unit(group.unit(&map.scale)),
+            |(.., rmse), group| {
+                let value = group.of_rmse(&map.scale, rmse);
+                Cell::words(value.map_or_else(String::new, |value| value.to_string()))
+            },
+        )
+        .table("", "")
+        .write_csv(out)
+}
+
 /// Format with three files: the map of cross-validation errors, and the curves of the error against F_th (`<name>_f_th.svg`)
 /// and against t_th (`<name>_t_th.svg`) through the suggested pair.
-pub const FORMAT: FileFormat<MapWriter> = FileFormat {
+pub const SVG: FileFormat<MapWriter> = FileFormat {
     name: "Scalable vector graphics",
     ending: "svg",
     holds: "the map of errors, and the curves of the error against each threshold",
@@ -178,4 +250,38 @@ pub fn write_threshold_svg(
     files: &mut Together,
 ) -> Result<(), WriteError> {
     files.write(path, |out| out.write_all(figure.svg(SIZE).as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::calibration::Scores;
+    use crate::features::Distance;
+    use crate::questions::thresholds::saved::*;
+    use crate::questions::thresholds::study::PointScores;
+    use crate::questions::thresholds::{MeasureScale, ThresholdGrid};
+    use crate::recording::Axis;
+
+    #[test]
+    fn every_known_pair_and_set_has_a_row() {
+        let point = |train: f64, cv: Option<f64>| PointScores {
+            scores: Scores {
+                train_rmse: Some(vec![train]),
+                test_rmse: None,
+                cv_rmse: cv.map(|cv| vec![cv]),
+            },
+            left_out_squares: Vec::new(),
+        };
+        let scale = MeasureScale { axes: vec![Axis::Fz], full_scale: vec![4.0] };
+        let grid = ThresholdGrid::new(vec![0.0, 1.5], vec![2.0]).unwrap();
+        let conventional = point(3.0, None);
+        let mut map = ThresholdMap::new(grid, Distance::Force, scale, conventional, vec![5]);
+        map.set_row(1, vec![point(1.0, Some(2.0))]);
+        let mut out = Vec::new();
+        write_threshold_csv(&map, &mut out).unwrap();
+        assert_eq!(
+            String::from_utf8(out).unwrap(),
+            "f_th,t_th,set,Fz [N],forces [N],all axes [% FS]\n\
+             ,,train,3,3,75\n1.5,2,train,1,1,25\n1.5,2,cross-validation,2,2,50\n"
+        );
+    }
 }
