@@ -37,8 +37,8 @@ fn metrology(c: &mut Criterion) {
         extents: &extents_of_set(&recordings, &calibration.axes),
     };
     c.bench_function("table, six axes, 243,000 samples", |b| {
-        let lags = || lags_of(&runs, &calibration.axes, &Progress::default());
-        b.iter(|| table_by(&runs, &rules, lags));
+        let lags = || lags_of(&runs, &calibration.axes, &Progress::default()).unwrap();
+        b.iter(|| table_by(&runs, &rules, lags()));
     });
     let lag_runs = (recordings.entries().iter().zip(&applied)).map(|(entry, applied)| LagRun {
         times: entry.recording.times(),

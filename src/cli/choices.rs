@@ -302,11 +302,11 @@ impl BlockArgs {
     }
 }
 
-/// Command-line arguments for features and regressor.
+/// Command-line arguments for features and regressor of one fit.
 ///
 /// All named features are used together. Without any named feature, one look-back is used.
 #[derive(Debug, Args)]
-pub struct FitChoices {
+pub struct ModelArgs {
     #[arg(
         long = F_TH.option,
         help = f_th_help(),
@@ -316,7 +316,7 @@ pub struct FitChoices {
         value_parser = one_f_th,
         help_heading = HEADING
     )]
-    pub f_th: Option<f64>,
+    f_th: Option<f64>,
     #[arg(
         long = T_TH.option,
         help = with_default(&T_TH),
@@ -324,7 +324,7 @@ pub struct FitChoices {
         allow_negative_numbers = true,
         help_heading = HEADING
     )]
-    pub t_th: Option<f64>,
+    t_th: Option<f64>,
     /// Force thresholds F_th of several look-backs, separated by commas; "none" for no look-back.
     #[arg(
         long,
@@ -332,11 +332,14 @@ pub struct FitChoices {
         allow_negative_numbers = true,
         help_heading = HEADING
     )]
-    pub look_back: Option<LookBacks>,
+    look_back: Option<LookBacks>,
     #[command(flatten)]
-    pub blocks: BlockArgs,
+    blocks: BlockArgs,
     #[command(flatten)]
     learning: FromList<Learning>,
+    /// Kind of model that computes the load from the features.
+    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
+    regressor: Regressor,
 }
 
 fn with_default(setting: &Setting) -> String {
@@ -375,43 +378,20 @@ fn ridge(text: &str) -> Result<RidgeChoice, String> {
     }
 }
 
-/// Command-line arguments for features and regressor of one fit.
-#[derive(Debug, Args)]
-pub struct ModelArgs {
-    #[command(flatten)]
-    choices: FitChoices,
-    /// Kind of model that computes the load from the features.
-    #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
-    regressor: Regressor,
-}
-
 impl ModelArgs {
     pub fn rated(&self) -> Rated {
-        self.choices.blocks.common.rated()
+        self.blocks.common.rated()
     }
 
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
-        let learner = self.regressor.learner();
-        for (choice, _) in &self.choices.learning.0.0 {
-            if learner != Some(choice.learner) {
-                let (option, key) = (choice.setting.option, self.regressor.key());
-                say.note(format_args!("--{option} has no effect with --regressor {key}"));
-            }
-        }
-        self.choices.settings(say, recordings, self.regressor)
-    }
-}
-
-impl FitChoices {
-    pub fn settings(
-        &self,
-        say: &Messages,
-        recordings: &RecordingSet,
-        regressor: Regressor,
-    ) -> FitSettings {
+        let regressor = self.regressor;
         let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
         for (choice, value) in &self.learning.0.0 {
             (choice.set)(&mut settings, *value);
+            if regressor.learner() != Some(choice.learner) {
+                let (option, key) = (choice.setting.option, regressor.key());
+                say.note(format_args!("--{option} has no effect with --regressor {key}"));
+            }
         }
         settings.features.look_backs = self.look_backs(settings.features.distance);
         settings
@@ -511,14 +491,14 @@ mod tests {
     #[derive(Parser)]
     struct Only {
         #[command(flatten)]
-        choices: FitChoices,
+        choices: ModelArgs,
     }
 
     fn features(arguments: &[&str]) -> FeatureSettings {
         let arguments = [&["x"], arguments].concat();
         let only = Only::parse_from(arguments);
         let recordings = simulated::recordings(1);
-        only.choices.settings(&Messages::default(), &recordings, Regressor::Linear).features
+        only.choices.settings(&Messages::default(), &recordings).features
     }
 
     #[test]

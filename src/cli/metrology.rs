@@ -184,7 +184,8 @@ impl MetrologyJob {
             settings: &self.measuring.settings(),
             extents: &subject.extents,
         };
-        Ok(table_by(&runs, &rules, || lags_of(&runs, &calibration.axes, progress))?)
+        let lags = lags_of(&runs, &calibration.axes, progress)?;
+        Ok(table_by(&runs, &rules, lags)?)
     }
 }
 

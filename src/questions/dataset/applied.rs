@@ -5,15 +5,17 @@
 
 use std::collections::HashMap;
 use std::hash::Hash;
+use std::ops::{Deref, Range};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use rayon::prelude::*;
 
 use crate::{
     calibration::{AppliedLoads, Calibration, CalibrationError},
+    column::column,
     progress::{Cancelled, Progress},
     questions::dataset::waited_for,
-    recording::{Recording, RecordingSet, Role},
+    recording::{Axis, Recording, RecordingSet, Role},
     report::Trace,
     scoring::{
         MANY_SAMPLES,
@@ -59,7 +61,7 @@ type EquationsOf = (Vec<usize>, Result<LagEquations, NoLag>);
 /// Loads of one calibration in all recordings, for all requests about them.
 #[derive(Debug)]
 pub(crate) struct Applied {
-    set: Arc<RecordingSet>,
+    pub set: Arc<RecordingSet>,
     decimation: usize,
     pub calibration: Arc<Calibration>,
     pub recordings: Vec<Arc<Recording>>,
@@ -78,8 +80,27 @@ struct Loads {
     kept: Option<Arc<AppliedLoads>>,
 }
 
-/// Loads that one request uses, for each recording; `None` if the request does not need the recording.
-pub(crate) type UsedLoads = Vec<Option<Arc<AppliedLoads>>>;
+/// Part of one recording: its index, and a range of its samples.
+#[derive(Clone, Debug)]
+pub struct Part {
+    pub recording: usize,
+    pub samples: Range<usize>,
+}
+
+/// Loads of one calibration, with those that one request uses.
+pub(crate) struct Source {
+    applied: Arc<Applied>,
+    /// Loads of each recording; `None` if the request does not need the recording.
+    pub used: Vec<Option<Arc<AppliedLoads>>>,
+}
+
+impl Deref for Source {
+    type Target = Applied;
+
+    fn deref(&self) -> &Applied {
+        &self.applied
+    }
+}
 
 impl Applied {
     /// Makes the place of the loads, still without loads. Results in `before` that do not depend on the calibration are kept.
@@ -147,44 +168,6 @@ impl Applied {
         self.extents.get_or_init(|| extents_of_set(&self.set, &self.calibration.axes))
     }
 
-    /// Adds the loads of these recordings to `used`, and computes those that no request has computed yet.
-    pub fn apply<E: From<Cancelled> + From<CalibrationError> + Send>(
-        &self,
-        recordings: impl Iterator<Item = usize>,
-        used: &mut UsedLoads,
-        progress: &Progress,
-    ) -> Result<(), E> {
-        used.resize(self.recordings.len(), None);
-        let wanted: Vec<usize> = recordings.filter(|at| used[*at].is_none()).collect();
-        if wanted.is_empty() {
-            progress.check()?;
-            return Ok(());
-        }
-        let mut all = waited_for(&self.loads, progress)?;
-        progress.add_total(wanted.len() as u64);
-        let known: Vec<_> = wanted.iter().map(|at| all[*at].used.upgrade()).collect();
-        let made = (wanted.par_iter().zip(known))
-            .map(|(at, known)| {
-                progress.check()?;
-                let loads = match known {
-                    Some(known) => known,
-                    None => {
-                        let applied = self.calibration.apply(&self.recordings[*at])?;
-                        // Plots do not need the indices of the earlier samples that the look-backs found.
-                        Arc::new(AppliedLoads { past: Vec::new(), ..applied })
-                    }
-                };
-                progress.advance(1);
-                Ok(loads)
-            })
-            .collect::<Result<Vec<_>, E>>()?;
-        for (at, loads) in wanted.into_iter().zip(made) {
-            all[at] = Loads { used: Arc::downgrade(&loads), kept: Some(Arc::clone(&loads)) };
-            used[at] = Some(loads);
-        }
-        Ok(())
-    }
-
     /// Drops the loads that no request uses, if all loads together take too much memory. If another request is computing loads,
     /// that request drops them when it ends.
     pub fn forget_many(&self) {
@@ -203,23 +186,61 @@ impl Applied {
         };
         recordings.filter(is_usable).collect()
     }
+}
 
-    fn lag_run<'a>(&'a self, at: usize, outputs: &'a [f64]) -> LagRun<'a> {
-        LagRun::of(&self.recordings[at], outputs)
+impl Source {
+    pub fn new(applied: Arc<Applied>) -> Self {
+        Self { used: vec![None; applied.recordings.len()], applied }
     }
 
-    /// Returns the time lags of outputs behind their reference, measured in these recordings, whose loads are in `used`. All
+    /// Adds the loads of these recordings to those that the request uses, and computes those that no request has computed yet.
+    pub fn apply<E: From<Cancelled> + From<CalibrationError> + Send>(
+        &mut self,
+        recordings: impl Iterator<Item = usize>,
+        progress: &Progress,
+    ) -> Result<(), E> {
+        let Self { applied, used } = self;
+        let wanted: Vec<usize> = recordings.filter(|at| used[*at].is_none()).collect();
+        if wanted.is_empty() {
+            progress.check()?;
+            return Ok(());
+        }
+        let mut all = waited_for(&applied.loads, progress)?;
+        progress.add_total(wanted.len() as u64);
+        let known: Vec<_> = wanted.iter().map(|at| all[*at].used.upgrade()).collect();
+        let made = (wanted.par_iter().zip(known))
+            .map(|(at, known)| {
+                progress.check()?;
+                let loads = match known {
+                    Some(known) => known,
+                    None => {
+                        let found = applied.calibration.apply(&applied.recordings[*at])?;
+                        // Plots do not need the indices of the earlier samples that the look-backs found.
+                        Arc::new(AppliedLoads { past: Vec::new(), ..found })
+                    }
+                };
+                progress.advance(1);
+                Ok(loads)
+            })
+            .collect::<Result<Vec<_>, E>>()?;
+        for (at, loads) in wanted.into_iter().zip(made) {
+            all[at] = Loads { used: Arc::downgrade(&loads), kept: Some(Arc::clone(&loads)) };
+            used[at] = Some(loads);
+        }
+        Ok(())
+    }
+
+    /// Returns the time lags of outputs behind their reference, measured in these recordings. All
     /// that are not known yet are measured together, because they share the slow part of the model: the states of hysteresis
     /// and creep that follow from the reference.
     pub fn lags(
         &self,
         recordings: &[usize],
         outputs: &[Output],
-        used: &UsedLoads,
         progress: &Progress,
     ) -> Result<Vec<Result<Lag, NoLag>>, Cancelled> {
         let recordings = self.timed(recordings.iter().copied());
-        let mut known = waited_for(&self.lags, progress)?;
+        let mut known = waited_for(&self.applied.lags, progress)?;
         let key = |output: &Output| (recordings.clone(), *output);
         let missing: Vec<Output> =
             outputs.iter().filter(|output| !known.contains_key(&key(output))).copied().collect();
@@ -227,14 +248,17 @@ impl Applied {
             let n_axes = self.calibration.axes.len();
             let rows = |at: &usize| -> Vec<f64> {
                 let sources: Vec<(usize, &[f64])> = (missing.iter())
-                    .map(|(axis, output)| (*axis, rows_of(used, *at, *output)))
+                    .map(|(axis, output)| (*axis, self.rows_of(*at, *output)))
                     .collect();
                 let n = self.recordings[*at].n_samples();
                 let row = |k| sources.iter().map(move |(axis, rows)| rows[k * n_axes + axis]);
                 (0..n).flat_map(row).collect()
             };
             let rows: Vec<Vec<f64>> = recordings.par_iter().map(rows).collect();
-            let runs = recordings.iter().zip(&rows).map(|(at, rows)| self.lag_run(*at, rows));
+            let runs = recordings
+                .iter()
+                .zip(&rows)
+                .map(|(at, rows)| LagRun::of(&self.recordings[*at], rows));
             let runs: Vec<LagRun<'_>> = runs.collect();
             let mut equations = waited_for(&self.equations, progress)?;
             if equations.as_ref().is_none_or(|(known, _)| *known != recordings) {
@@ -254,13 +278,13 @@ impl Applied {
     /// training recordings with a reference for every axis. If there is no such training recording, all recordings with a
     /// reference for every axis are used.
     pub fn output_lag<E: From<Cancelled> + From<CalibrationError> + Send>(
-        &self,
+        &mut self,
         (column, output): Output,
         reversal_threshold: f64,
-        used: &mut UsedLoads,
         progress: &Progress,
     ) -> Result<OutputLag, E> {
-        let mut known = waited_for(&self.output_lags, progress)?;
+        let applied = Arc::clone(&self.applied);
+        let mut known = waited_for(&applied.output_lags, progress)?;
         if let Some(known) = known.get(&(column, output)) {
             return Ok(known.clone());
         }
@@ -268,10 +292,11 @@ impl Applied {
         let is_training = |at: &usize| self.set.entries()[*at].role == Role::Train;
         let training: Vec<usize> = usable.iter().copied().filter(is_training).collect();
         let chosen = if training.is_empty() { usable } else { training };
-        self.apply::<E>(chosen.iter().copied(), used, progress)?;
-        let lag = self.lags(&chosen, &[(column, output)], used, progress)?.swap_remove(0);
+        self.apply::<E>(chosen.iter().copied(), progress)?;
+        let lag = self.lags(&chosen, &[(column, output)], progress)?.swap_remove(0);
         progress.check()?;
-        let runs = chosen.iter().map(|at| self.lag_run(*at, rows_of(used, *at, output)));
+        let runs =
+            chosen.iter().map(|at| LagRun::of(&self.recordings[*at], self.rows_of(*at, output)));
         let runs: Vec<LagRun<'_>> = runs.collect();
         let measured = lag.as_ref().ok();
         let widths = measured.and_then(|lag| widths(lag, column, &runs, reversal_threshold));
@@ -285,6 +310,65 @@ impl Applied {
         known.insert((column, output), found.clone());
         Ok(found)
     }
+
+    /// Returns the uncompensated or the compensated load (`output`) of a recording on all axes, row-major.
+    fn rows_of(&self, at: usize, output: Trace) -> &[f64] {
+        let loads = self.loads_of(at);
+        match output {
+            Trace::Conventional => &loads.conventional,
+            _ => &loads.compensated,
+        }
+    }
+
+    pub fn loads_of(&self, at: usize) -> &AppliedLoads {
+        self.used[at].as_ref().expect("the loads of a recording are computed before their use")
+    }
+
+    /// Returns the reference load of an axis; `None` if the recording has no reference load for this axis.
+    pub fn loads(&self, part: &Part, axis: Axis) -> Option<Vec<f64>> {
+        let loads = self.recordings[part.recording].load(axis)?;
+        Some(loads.skip(part.samples.start).take(part.samples.len()).collect())
+    }
+
+    /// Returns the reference load of an axis, delayed by the time lag of an output; `None` if the recording has no reference
+    /// load.
+    pub fn late_loads(&self, part: &Part, axis: Axis, lag: &InTime) -> Option<Vec<f64>> {
+        let whole = Part { samples: 0..usize::MAX, ..part.clone() };
+        let loads = self.loads(&whole, axis)?;
+        let late = lag.reference(self.recordings[part.recording].times(), &loads);
+        Some(late[part.samples.clone()].to_vec())
+    }
+
+    /// Returns the values of a gauge channel; `None` if there is no gauge with this index.
+    pub fn gauge(&self, part: &Part, gauge: usize) -> Option<Vec<f64>> {
+        let recording = &self.recordings[part.recording];
+        let width = recording.n_gauges();
+        (gauge < width).then(|| part_of(recording.gauges(), width, gauge, &part.samples))
+    }
+
+    pub fn output(&self, part: &Part, at: usize, output: Trace) -> Vec<f64> {
+        let rows = self.rows_of(part.recording, output);
+        part_of(rows, self.calibration.axes.len(), at, &part.samples)
+    }
+
+    /// Returns a load (`output`) after its gains are fitted again to the delayed reference load.
+    pub fn refitted(&self, part: &Part, output: Trace, lag: &InTime) -> Vec<f64> {
+        let rows = self.rows_of(part.recording, output);
+        let width = self.calibration.axes.len();
+        let rows = &rows[part.samples.start * width..part.samples.end * width];
+        (0..part.samples.len()).map(|k| lag.output(rows, k)).collect()
+    }
+}
+
+fn part_of(rows: &[f64], width: usize, at: usize, samples: &Range<usize>) -> Vec<f64> {
+    let rows = &rows[(samples.start * width).min(rows.len())..];
+    column(rows, width, at).take(samples.len()).collect()
+}
+
+impl Drop for Source {
+    fn drop(&mut self) {
+        self.forget_many();
+    }
 }
 
 /// Returns the results about the uncompensated load. Lags that another thread is still measuring are not waited for.
@@ -295,13 +379,4 @@ fn uncompensated<K: Clone + Eq + Hash, V: Clone>(
     let known = lags.try_lock().map_or_else(|_| HashMap::new(), |known| known.clone());
     let known = known.into_iter().filter(|(key, _)| output(key) == Trace::Conventional);
     Mutex::new(known.collect())
-}
-
-/// Returns the uncompensated or the compensated load (`output`) of a recording on all axes, row-major.
-pub(crate) fn rows_of(used: &UsedLoads, at: usize, output: Trace) -> &[f64] {
-    let loads = used[at].as_ref().expect("the loads of a recording are computed before their use");
-    match output {
-        Trace::Conventional => &loads.conventional,
-        _ => &loads.compensated,
-    }
 }

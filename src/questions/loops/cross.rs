@@ -5,9 +5,10 @@
 use crate::{
     progress::Progress,
     questions::{
+        dataset::applied::{Part, Source},
         loops::{
             picture::{Drawn, drawn, frame_around},
-            request::{Channel, CrossQuestion, DwellQuestion, LookError, Part, Source, column_of},
+            request::{Channel, CrossQuestion, DwellQuestion, LookError, column_of, rules, run},
         },
         metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells},
     },
@@ -49,14 +50,14 @@ pub fn cross_plot(
 
 fn columns(source: &Source, parts: &[Part], channel: Channel) -> Result<Vec<Vec<f64>>, LookError> {
     let column = |part: &Part| -> Result<Vec<f64>, LookError> {
-        let recording = &source.recordings()[part.recording];
+        let recording = &source.recordings[part.recording];
         let found = match channel {
             Channel::Time => Some(recording.times()[part.samples.clone()].to_vec()),
             Channel::Gauge(gauge) => source.gauge(part, gauge),
             Channel::Load(Trace::Calculated, axis) => source.loads(part, axis),
             Channel::Load(Trace::Factory, _) => None,
             Channel::Load(output, axis) => {
-                let (at, _) = column_of(source.calibration(), axis)?;
+                let (at, _) = column_of(&source.calibration, axis)?;
                 Some(source.output(part, at, output))
             }
         };
@@ -104,13 +105,13 @@ pub fn dwell_plot(
     question: &DwellQuestion,
     measuring: &MetrologySettings,
 ) -> Result<DwellPlot, LookError> {
-    let calibration = source.calibration();
+    let calibration = &source.calibration;
     let (column, _) = column_of(calibration, question.axis)?;
-    let runs: Vec<_> = (0..source.recordings().len()).map(|at| source.run(at)).collect();
+    let runs: Vec<_> = (0..source.recordings.len()).map(|at| run(source, at)).collect();
     if runs.iter().any(|run| run.is_static) {
         return Err(Reason::NoTimes { axis: question.axis }.into());
     }
-    let found = dwells(&runs, &source.rules(measuring), column)?;
+    let found = dwells(&runs, &rules(source, measuring), column)?;
     let longest = longest(&found).ok_or(LookError::NoDwell { secs: measuring.hold_secs })?;
     let chosen = question.rest.map_or(longest, |rest| rest.min(found.len() - 1));
     let curve = curve(source, &found[chosen], question, column);
@@ -142,7 +143,7 @@ fn curve(
     let axis = question.axis;
     let part = Part { recording: rest.place.recording, samples: rest.place.samples.clone() };
     let loads = source.loads(&part, axis).ok_or(Reason::NoReference { axis })?;
-    let recording = &source.recordings()[part.recording];
+    let recording = &source.recordings[part.recording];
     let times = &recording.times()[part.samples.clone()];
     let mut errors = Trace::OUTPUTS.map(|output| source.output(&part, column, output));
     for values in &mut errors {

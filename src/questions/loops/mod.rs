@@ -13,6 +13,7 @@ pub mod query;
 mod request;
 
 pub use crate::questions::dataset::applied::OutputLag;
+pub(crate) use crate::questions::dataset::applied::Part;
 pub use cross::CrossPlot;
 pub(crate) use cross::{DwellCurve, DwellPlot};
 pub(crate) use figure::{
@@ -20,10 +21,10 @@ pub(crate) use figure::{
 };
 pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn, frame_around};
 pub use query::{Look, look};
+pub(crate) use request::DwellQuestion;
 pub use request::{
     Channel, CrossQuestion, LookError, LookRequest, LoopQuestion, Question, Span, TableOf, Up,
 };
-pub(crate) use request::{DwellQuestion, Part};
 
 #[cfg(test)]
 mod tests;

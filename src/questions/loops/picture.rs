@@ -10,8 +10,8 @@ use crate::{
     min_max::MinMax,
     progress::{Cancelled, Progress},
     questions::{
-        dataset::applied::OutputLag,
-        loops::request::{LookError, LoopQuestion, Part, Source, Up, column_of},
+        dataset::applied::{OutputLag, Part, Source},
+        loops::request::{LookError, LoopQuestion, Up, column_of, rules},
         metrology::{Basis, Cycles, MetrologySettings, Reason, check_numbers},
     },
     recording::Axis,
@@ -109,25 +109,33 @@ pub fn picture(
     progress: &Progress,
 ) -> Result<LoopPlot, LookError> {
     let axis = question.axis;
-    let (column, full_scale) = column_of(source.calibration(), axis)?;
-    parts.retain(|part| source.recordings()[part.recording].axes().contains(&axis));
+    let (column, full_scale) = column_of(&source.calibration, axis)?;
+    parts.retain(|part| source.recordings[part.recording].axes().contains(&axis));
     if parts.is_empty() {
         return Err(Reason::NoReference { axis }.into());
     }
-    if parts.iter().any(|part| source.recordings()[part.recording].is_static()) {
+    if parts.iter().any(|part| source.recordings[part.recording].is_static()) {
         return Err(Reason::NoTimes { axis }.into());
     }
-    measuring.validate(source.calibration().axes.len())?;
-    let reversal_threshold = source.rules(measuring).reversal_threshold(column);
+    measuring.validate(source.calibration.axes.len())?;
+    let reversal_threshold = rules(source, measuring).reversal_threshold(column);
     let mut curves = curves(source, &parts, question, None)?;
     for columns in curves.iter().flat_map(|curve| [&*curve.loads, &curve.values]) {
         for (part, values) in parts.iter().zip(columns) {
-            check_numbers(axis, source.recordings()[part.recording].name(), values)?;
+            check_numbers(axis, source.recordings[part.recording].name(), values)?;
         }
     }
-    let lag = source.lag(column, Trace::Conventional, reversal_threshold, progress)?;
+    let lag = source.output_lag::<LookError>(
+        (column, Trace::Conventional),
+        reversal_threshold,
+        progress,
+    )?;
     if question.lag_removed {
-        let compensated = source.lag(column, Trace::Compensated, reversal_threshold, progress)?;
+        let compensated = source.output_lag::<LookError>(
+            (column, Trace::Compensated),
+            reversal_threshold,
+            progress,
+        )?;
         curves = self::curves(source, &parts, question, Some([&lag, &compensated]))?;
     }
     let cycles = |loads: &Arc<Columns>| {
@@ -150,7 +158,7 @@ pub fn picture(
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
     let times = |part: usize| {
         let Part { recording, samples } = &parts[part];
-        &source.recordings()[*recording].times()[samples.clone()]
+        &source.recordings[*recording].times()[samples.clone()]
     };
     let drawn = (curves.par_iter().zip(&cycles))
         .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, &times, progress))
@@ -227,7 +235,7 @@ fn curves(
     lags: Option<[&OutputLag; 2]>,
 ) -> Result<Vec<Curve>, LookError> {
     let axis = question.axis;
-    let (column, _) = column_of(source.calibration(), axis)?;
+    let (column, _) = column_of(&source.calibration, axis)?;
     let all = |of: &dyn Fn(&Part) -> Option<Vec<f64>>| -> Result<Columns, LookError> {
         parts.iter().map(of).collect::<Option<_>>().ok_or(LookError::NoChannel)
     };

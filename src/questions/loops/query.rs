@@ -8,11 +8,15 @@ use crate::{
         loops::{
             cross::{self, CrossPlot, DwellPlot},
             picture::{self, LoopPlot},
-            request::{LookError, LookRequest, LoopQuestion, Question, Source, Span, TableOf},
+            request::{
+                LookError, LookRequest, LoopQuestion, Question, Span, TableOf, parts, rules, run,
+                source_of,
+            },
         },
         metrology::{Metrology, Run, table_by},
         question::{Answered, Query, Work},
     },
+    report::Trace,
 };
 
 /// Plot or table that a [`Question`] requests.
@@ -33,17 +37,17 @@ pub enum Look {
 /// # Errors
 /// [`LookError`] if there is nothing to show. The kept loads stay valid after an error.
 pub fn look(request: &LookRequest, progress: &Progress) -> Result<Look, LookError> {
-    let source = || Source::of(&request.loads);
+    let source = || source_of(&request.loads);
     match &request.question {
         Question::Loops(question) => loops_of(request, question, progress).map(Look::Loops),
         Question::Cross(question) => {
             let source = &mut source();
-            let parts = source.parts(question.span, request, progress)?;
+            let parts = parts(source, question.span, request, progress)?;
             cross::cross_plot(source, &parts, question, progress).map(Look::Cross)
         }
         Question::Dwells(question) => {
             let source = &mut source();
-            source.parts(Span::All, request, progress)?;
+            parts(source, Span::All, request, progress)?;
             cross::dwell_plot(source, question, &request.measuring).map(Look::Dwells)
         }
         Question::Table(of) => table_of(request, *of, progress).map(Look::Table),
@@ -56,8 +60,8 @@ pub(crate) fn loops_of(
     question: &LoopQuestion,
     progress: &Progress,
 ) -> Result<LoopPlot, LookError> {
-    let source = &mut Source::of(&request.loads);
-    let parts = source.parts(question.span, request, progress)?;
+    let source = &mut source_of(&request.loads);
+    let parts = parts(source, question.span, request, progress)?;
     picture::picture(source, parts, question, &request.measuring, progress)
 }
 
@@ -67,17 +71,22 @@ pub(crate) fn table_of(
     of: TableOf,
     progress: &Progress,
 ) -> Result<Arc<Metrology>, LookError> {
-    let source = &mut Source::of(&request.loads);
+    let source = &mut source_of(&request.loads);
     let entries = request.loads.recordings.entries().iter().enumerate();
     let chosen: Vec<usize> =
         entries.filter(|(_, entry)| of.includes(entry.role)).map(|(at, _)| at).collect();
     if chosen.is_empty() {
         return Err(LookError::NoRecordings);
     }
-    source.apply(chosen.iter().copied(), progress)?;
-    let runs: Vec<Run<'_>> = chosen.iter().map(|at| source.run(*at)).collect();
-    let lags = source.lags(&chosen, progress)?;
-    let figures = table_by(&runs, &source.rules(&request.measuring), || Ok(lags))?;
+    source.apply::<LookError>(chosen.iter().copied(), progress)?;
+    let runs: Vec<Run<'_>> = chosen.iter().map(|at| run(source, *at)).collect();
+    let n_axes = source.calibration.axes.len();
+    let outputs =
+        Trace::OUTPUTS.into_iter().flat_map(|output| (0..n_axes).map(move |at| (at, output)));
+    let mut lags = source.lags(&chosen, &outputs.collect::<Vec<_>>(), progress)?;
+    let compensated = lags.split_off(n_axes);
+    let lags = [lags, compensated];
+    let figures = table_by(&runs, &rules(source, &request.measuring), lags)?;
     Ok(Arc::new(figures))
 }
 

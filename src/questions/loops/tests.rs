@@ -7,7 +7,7 @@ use crate::{
     progress::{Cancelled, Progress},
     questions::{
         OnScreen,
-        dataset::{Datasets, applied::UsedLoads},
+        dataset::{Datasets, applied::Source},
         errors::query::{Analysis, analyse},
         loops::*,
         metrology::{MetrologySettings, Reason},
@@ -372,9 +372,9 @@ fn requests_about_one_calibration_share_the_loads() {
     let OnScreen { calibration, datasets, .. } = &first.loads;
     let applied = datasets.applied(&recordings, 1, calibration);
     let loads = || {
-        let mut used = UsedLoads::new();
-        applied.apply::<LookError>(0..2, &mut used, &Progress::default()).unwrap();
-        used.into_iter().flatten().collect::<Vec<_>>()
+        let mut source = Source::new(Arc::clone(&applied));
+        source.apply::<LookError>(0..2, &Progress::default()).unwrap();
+        source.used.iter().flatten().cloned().collect::<Vec<_>>()
     };
     let before = loads();
     look(&first).unwrap();

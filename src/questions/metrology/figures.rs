@@ -15,7 +15,6 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::{
     calibration::AppliedLoads,
     finding::Finding,
-    progress::Cancelled,
     recording::{AuxiliaryTable, Axis, Recording},
     scoring::{
         holds::NoTimeConstant,
@@ -339,8 +338,6 @@ pub enum MetrologyError {
     Share { what: &'static str, value: f64 },
     #[error("{recording}: the {what} has {actual} numbers, but {expected} are needed")]
     Shape { recording: String, what: &'static str, expected: usize, actual: usize },
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
 }
 
 impl MetrologySettings {
@@ -393,18 +390,16 @@ pub enum Reason {
     )]
     NoReference { axis: Axis },
     #[error(
-        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; apply a larger load, or choose a smaller reversal threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
+        "{axis} stays between {} and {} {}, within the reversal threshold of {} {}; apply a larger load, or choose a smaller threshold", short(*.low), short(*.high), .axis.unit(), short(*.reversal_threshold), .axis.unit()
     )]
     ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
     #[error(
-        "the recordings are load cases without times, so {axis} has no loop, no dwell and no creep; record a motion, with its times in a column t"
+        "the recordings are load cases without times, so {axis} has no loop and no creep; record a motion, with its times in a column t"
     )]
     NoTimes { axis: Axis },
-    #[error(
-        "no load case of {axis} was measured twice, so the repeatability is unknown; measure load cases twice"
-    )]
+    #[error("no load case of {axis} was measured twice, so the repeatability is unknown")]
     NoRepeats { axis: Axis },
-    #[error("{axis} only {} in every recording, so there is no second branch to compare; record a rising and a falling load", if *.rises { "rises" } else { "falls" })]
+    #[error("{axis} only {} in every recording, so there is no second branch; record a rising and a falling load", if *.rises { "rises" } else { "falls" })]
     OneBranch { axis: Axis, rises: bool },
     #[error(
         "{axis} has no cycle within a recording; record a rising and a falling load in one run"
@@ -412,30 +407,27 @@ pub enum Reason {
     NoCycle { axis: Axis },
     #[error("this figure needs a rising load, but {axis} only falls; record a rising load")]
     NoRisingBranch { axis: Axis },
-    #[error(
-        "the branch of {axis} has samples at only {found} loads; load the axis more slowly, or record at a higher rate"
-    )]
+    #[error("the branch of {axis} has samples at only {found} loads; load the axis more slowly")]
     TooFewLoads { axis: Axis, found: usize },
     #[error(
-        "{axis} has {} (at least {} % of the largest cycle's range), with {} % of the load range in common; a mean loop needs {} \
-         cycles with more than {} % in common. Only the largest cycle is shown", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
+        "{axis} has {} (at least {} % of the largest cycle's range), with {} % of the load range in common; a mean loop needs {} cycles with more than {} %", counted(*count, "full cycle"), short(100.0 * FULL_SHARE), short(100.0 * .share), FEWEST_CYCLES,
         short(100.0 * MOST)
     )]
     FewCycles { axis: Axis, count: usize, share: f64 },
     #[error(
-        "no recording has two large branches of {axis} in the same direction; repeat the cycle in one run"
+        "no recording has two large branches of {axis} in one direction; repeat the cycle in one run"
     )]
     TooFewCycles { axis: Axis },
     #[error(
-        "no cycle of {axis} is repeated: no cycle turns at the same loads as the previous cycle; repeat the cycle in one run"
+        "no cycle of {axis} turns at the same loads as the one before; repeat the cycle in one run"
     )]
     NotRepeated { axis: Axis },
     #[error(
-        "the cycles of {axis} are not repeated: at equal {axis}, the load on {other} differs; repeat the cycle with one axis loaded"
+        "in the cycles of {axis}, the load on {other} differs at equal {axis}; repeat the cycle with one axis loaded"
     )]
     OthersDiffer { axis: Axis, other: Axis },
     #[error(
-        "this figure of {axis} is below the noise of the recordings, which alone could give {} {}; repeat the cycle, or record more slowly", significant(*.limit, 2), .axis.unit()
+        "this figure of {axis} is below the noise, which alone could give {} {}; repeat the cycle, or record more slowly", significant(*.limit, 2), .axis.unit()
     )]
     BelowNoise { axis: Axis, limit: f64, percent: Option<f64> },
     #[error("no recording with a reference for {axis} has a channel in °C that changes by {} °C", short(*.least))]
@@ -462,24 +454,24 @@ pub enum Reason {
     NoRecovery { axis: Axis, share: f64 },
     #[error("the time lag of {axis} is unknown: {reason}")]
     NoLag { axis: Axis, reason: NoLag },
-    #[error("the time lag explains {:.0} % of the mean loop width of {axis}, so the hysteresis needs no correction for the lag", 100.0 * .share)]
+    #[error("the time lag explains only {:.0} % of the mean loop width of {axis}", 100.0 * .share)]
     LagExplainsLittle { axis: Axis, share: f64 },
     #[error(
-        "the time lag is uncertain, so the hysteresis of {axis} without the lag is uncertain by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
+        "the lag is uncertain, and so the hysteresis of {axis} without it by ± {} {}; load the axis more slowly", significant(*.uncertainty, 2), .axis.unit()
     )]
     LagTooUncertain { axis: Axis, uncertainty: f64 },
     #[error(transparent)]
     NoTimeConstant(#[from] NoTimeConstant),
-    #[error("{axis} is the loaded axis, and an axis has no crosstalk onto itself")]
+    #[error("{axis} is the loaded axis")]
     LoadedAxis { axis: Axis },
     #[error("{axis} is the only axis, so there is no crosstalk")]
     OnlyAxis { axis: Axis },
     #[error(
-        "no recording loads {axis} alone (to {} % of full scale or above, with every other axis within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
+        "no recording loads {axis} alone (to {} % of full scale or above, other axes within {} %)", short(100.0 * .loaded_share), short(100.0 * .alone_share)
     )]
     NeverAlone { axis: Axis, loaded_share: f64, alone_share: f64 },
     #[error(
-        "while {axis} alone is loaded, its load hardly changes, so there is no slope; record {axis} loaded and unloaded in one run"
+        "while {axis} alone is loaded, its load hardly changes; record {axis} loaded and unloaded in one run"
     )]
     NotLinear { axis: Axis },
     #[error(
@@ -635,7 +627,9 @@ impl Quantity {
     }
 }
 
-const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times after each step; here other axes may be loaded too, and their effect at equal load counts as loop width";
+const ONE_AXIS_AT_REST: &str = "the standard loads one axis alone, in steps, and reads at set times; here loads on other axes count as loop width";
+
+const STATISTICS: &str = "statistics; no standard defines this figure";
 
 /// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
 /// for Fx only.
@@ -645,8 +639,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| of the output at equal load, in the cycle whose branches share the largest range of loads. Cycles are counted by rainflow. Both branches, of which smaller cycles are left out, are averaged over hundredths of their range and compared at 101 loads. The difference is averaged over neighbouring loads, up to 12 on each side, until its noise is at most a fiftieth of the largest difference",
-            "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum); relative to full scale, because VDI/VDE 2638 refers errors to the nominal load",
+            "largest |falling − rising| of the output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads. Branches are averaged over hundredths of the range, without the smaller cycles in them, and compared at 101 loads. The difference is averaged over up to 12 neighbours on each side, until its noise is at most a fiftieth of the largest difference",
+            "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum), in percent of full scale as in VDI/VDE 2638",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -655,8 +649,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "hysteresis_mean_loop",
             "Hysteresis, mean loop",
-            "largest |falling − rising| of the mean loop. The mean loop averages all cycles that cover at least 80 % of the largest cycle's range, at the loads that these cycles have in common. A mean loop needs at least three cycles, and their common loads must cover more than half of the load range",
-            "as for Hysteresis; this program also averages the cycles, to keep what repeats and to reduce effects of loads on other axes",
+            "largest |falling − rising| of the mean loop: the mean of at least three cycles, each with at least 80 % of the largest cycle's range, at their common loads, which must cover more than half of the load range",
+            "as for Hysteresis; the mean keeps what repeats",
             ONE_AXIS_AT_REST,
         ],
     ),
@@ -665,7 +659,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "loop_area",
             "Loop area",
-            "integral of |falling − rising| of the output over the load, across the load range of the mean loop, or without a mean loop of the largest cycle; in percent, relative to the square of full scale",
+            "integral of |falling − rising| over the load, in the mean loop, or without one in the largest cycle; in percent of the square of full scale",
             "as for Hysteresis; the area divided by the range of the loads is the mean width",
             ONE_AXIS_AT_REST,
         ],
@@ -675,9 +669,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "nonlinearity_terminal",
             "Nonlinearity, terminal line",
-            "largest deviation of the mean rising branch from the straight line through its two ends, averaged over hundredths of the range and over the cycles of the mean loop (without a mean loop, in the largest cycle). On a staircase, the last third of each step is averaged instead. Elsewhere, the deviation is averaged over neighbours as for Hysteresis. The mean square of the noise is subtracted from the square of the deviation. A deviation below three standard deviations of the noise is \"below noise\"",
+            "largest deviation of the mean rising branch of the mean loop (without one, of the largest cycle) from the line through its ends. Of a staircase, the last third of each step is averaged; elsewhere, hundredths of the range, and neighbours as for Hysteresis. The noise is subtracted in squares; a deviation below three standard deviations of the noise is \"below noise\"",
             "load-cell makers' glossaries: from no load to rated load, rising only",
-            "the branch goes from the minimum to the maximum recorded load, not from no load to rated load, and the hysteresis of earlier loads affects its start",
+            "the branch goes from the minimum to the maximum recorded load, and earlier loads affect its start",
         ],
     ),
     (
@@ -685,7 +679,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "nonlinearity_best_fit",
             "Nonlinearity, best-fit line",
-            "as for Nonlinearity, terminal line, but from the least-squares line, with equal weight for every hundredth of the range, or for every step of a staircase",
+            "as for Nonlinearity, terminal line, but from the least-squares line, with equal weight for every hundredth or step",
             "sensor makers' data sheets (best-fit straight line), rising only",
             "as for Nonlinearity, terminal line",
         ],
@@ -705,9 +699,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches of the same direction, in two or more successive, repeated cycles, without its noise; the maximum of all recordings. Cycles are repeated if they turn at the same loads within 5 % of the largest cycle's range, and the loads of all other axes agree within 5 % of full scale at equal load",
+            "largest difference at equal load between branches of the same direction in successive, repeated cycles, without its noise. Repeated cycles turn at the same loads within 5 % of the largest cycle's range, with the loads of other axes equal within 5 % of full scale",
             "load-cell makers' glossaries: same load, same direction, same conditions",
-            "the conditions, for example the speed, may differ between the repeated cycles of a recording",
+            "the conditions, such as the speed, may differ between the cycles",
         ],
     ),
     (
@@ -715,8 +709,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "time_lag",
             "Time lag",
-            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever has the smaller residual. Found by least squares on the delayed reference of all axes, its play operators of several radii, its squares and cubes, \
-             and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time in which the load changes by its own standard deviation",
+            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever fits better, by least squares on the delayed reference of all axes, its play operators, squares and cubes, and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time scale of the load",
             "system identification; no standard defines a time lag of the sensor",
             "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
         ],
@@ -726,7 +719,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "hysteresis_without_lag",
             "Hysteresis, lag removed",
-            "hysteresis of the mean loop (without a mean loop, of the largest cycle) after the reference is delayed by the lag of the output. Gains and crosstalk of the output are fitted again to the delayed reference by least squares on these recordings. The figure is given if the lag explains more than a tenth of the mean loop width, and if the hysteresis changes by at most a tenth, or by 0.3 % of full scale, when the lag is changed by two standard errors",
+            "hysteresis of the mean loop (without one, of the largest cycle) over the reference delayed by the lag, to which gains and crosstalk are fitted again. Given if the lag explains more than a tenth of the mean loop width, and if two standard errors of the lag change the figure by at most a tenth, or by 0.3 % of full scale",
             "as for Hysteresis",
             ONE_AXIS_AT_REST,
         ],
@@ -736,9 +729,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "zero_return",
             "Zero return",
-            "mean of output − load in the first seconds at zero after the axis was loaded, minus the mean in the last seconds at zero before the load; the largest change in all recordings, with its sign. Both intervals are as long as the shortest dwell",
+            "mean of output − load in the first seconds at zero after a load, minus that in the last seconds at zero before it; the largest change, with its sign. Both intervals are as long as the shortest dwell",
             "OIML R 60-1, 2.1.5 (output at minimum load after a load, minus the output before)",
-            "the standard applies the load for 30 min; here the time depends on the recording",
+            "the standard applies the load for 30 min",
         ],
     ),
     (
@@ -746,10 +739,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "creep",
             "Creep",
-            "change of output − load from the beginning to the end of the longest dwell with the axis loaded, on a fitted first-order \
-        exponential, with its sign",
+            "change of output − load over the longest dwell with the axis loaded, on a fitted first-order exponential, with its sign",
             "OIML R 60-1, 2.1.5 (change of the output under a constant load)",
-            "the standard holds 90 to 100 % of the maximum load for 30 min; here half of full scale is enough, and the time depends on the recording",
+            "the standard holds 90 to 100 % of the maximum load for 30 min; here half of full scale is enough, for any time",
         ],
     ),
     (
@@ -767,10 +759,9 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "creep_recovery",
             "Creep recovery",
-            "change of output − load from the beginning to the end of the longest dwell at zero after the axis was loaded, on a \
-        fitted first-order exponential, with its sign",
+            "as for Creep, over the longest dwell at zero after a load on the axis",
             "load-cell makers' glossaries: change of zero after a held load is removed",
-            "here the load may have been removed without being held before",
+            "the load may have been removed without being held",
         ],
     ),
     (
@@ -778,8 +769,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "noise",
             "Noise, RMS",
-            "standard deviation of the output's white noise at the sampling rate in the longest dwell: of each value minus the mean of its two neighbours, divided by √1.5. Without a dwell, it is that of the noisiest recording, from the median",
-            "statistics; no standard defines this figure",
+            "standard deviation of the white noise in the longest dwell: of each value minus the mean of its two neighbours, divided by √1.5. Without a dwell, that of the noisiest recording, from the median",
+            STATISTICS,
             "",
         ],
     ),
@@ -788,8 +779,8 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "noise_peak_to_peak",
             "Noise, peak to peak",
-            "largest minus smallest of the values from which Noise, RMS is computed, in the longest dwell",
-            "statistics; no standard defines this figure",
+            "largest minus smallest of the values from which Noise, RMS is computed",
+            STATISTICS,
             "a longer dwell has a larger value",
         ],
     ),
@@ -798,7 +789,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "temperature_zero",
             "Temperature effect on zero",
-            "change of output − load at zero load for 10 °C, by least squares on the load, the first channel in °C, and their product. Its uncertainty comes from leaving out each tenth of the samples",
+            "change of output − load at zero load for 10 °C, by least squares on the load, the first channel in °C, and their product; uncertainty from leaving out each tenth of the samples",
             "OIML R 60-1 and VDI/VDE 2638 (temperature effect on the zero signal)",
             "the standards wait until the temperature is equal everywhere; a gradient has other effects",
         ],
@@ -818,20 +809,14 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "crosstalk_from",
             "Crosstalk from Fx",
-            "error (output − load) of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. Only samples count in which all other axes are within 2 % of full scale, and the loaded axis must reach 50 % of its full scale (both shares can be set)",
+            "output − load of the axis at full load of the named axis alone: slope of a least-squares line with an offset for each recording, times the full scale of the loaded axis. All other axes are within 2 % of full scale, and the loaded axis reaches 50 % (both shares can be set)",
             "common practice for multi-axis sensors",
-            "a calibration bench loads one axis at a time; here the other axes may carry up to 2 % of full scale, and drift and hysteresis of the axis under the load also count as crosstalk",
+            "a calibration bench loads one axis at a time; here drift and hysteresis of the axis under the load also count",
         ],
     ),
     (
         Quantity::Rmse,
-        [
-            "rmse",
-            "RMSE",
-            "root mean square of output − load over all samples",
-            "statistics; no standard defines this error figure",
-            "",
-        ],
+        ["rmse", "RMSE", "root mean square of output − load over all samples", STATISTICS, ""],
     ),
     (
         Quantity::LargestError,
@@ -839,7 +824,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
             "largest_error",
             "Largest error",
             "largest |output − load| over all samples",
-            "statistics; no standard defines this error figure",
+            STATISTICS,
             "",
         ],
     ),

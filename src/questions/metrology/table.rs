@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use crate::{
     finding::{Finding, Id, Verdict},
     min_max::MinMax,
-    progress::Cancelled,
     questions::metrology::{
         dwell_rows::{
             Response, case_figures, crosstalk_figures, dwell_figures, error_figures, noise_figures,
@@ -30,16 +29,16 @@ const BEYOND: f64 = 1.2;
 /// Span of the largest cycle, as a share of the load range, below which a finding warns of a small cycle.
 const SMALL: f64 = 0.6;
 
-/// Returns the metrology table of these recordings. `lags` measures their time lags, see
+/// Returns the metrology table of these recordings. `lags` are their time lags, see
 /// [`lags_of`](crate::questions::metrology::lags_of).
 ///
 /// # Errors
-/// [`MetrologyError`] if a setting is out of range, if `lags` is cancelled, or if the lengths of the inputs do not match. A
+/// [`MetrologyError`] if a setting is out of range, or if the lengths of the inputs do not match. A
 /// figure that the data do not determine is no error: its cell has a [`Reason`].
 pub fn table_by(
     runs: &[Run<'_>],
     rules: &Rules<'_>,
-    lags: impl FnOnce() -> Result<Lags, Cancelled>,
+    lags: Lags,
 ) -> Result<Metrology, MetrologyError> {
     let cases = joined_cases(runs);
     let measured = match &cases {
@@ -63,7 +62,6 @@ pub fn table_by(
     };
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let responses = responses(&measured);
-    let lags = lags()?;
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
     let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.

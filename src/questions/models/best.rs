@@ -169,8 +169,7 @@ impl Best {
         };
         if proposed.name == self.tried[0].name {
             return vec![format!(
-                "Proposed: {}. Each of the {} other models is not better with 90 % confidence ({} blocks of left-out samples), or has a \
-                 much larger error on one of the groups",
+                "Proposed: {}. Each of the {} other models is not better with 90 % confidence ({} blocks of left-out samples), or much worse on one of the groups",
                 proposed.name,
                 self.tried.len() - 1,
                 self.cut.blocks.samples.len()
@@ -206,8 +205,7 @@ impl Best {
         remarks.extend(lower.map(|tried| match &tried.refused {
             Some(why) => format!("{} is not proposed: {why}", tried.name),
             None => format!(
-                "{} has a lower mean error, but only because of a few extreme blocks of samples; without the extreme tenth, another model is \
-                 better with 90 % confidence",
+                "{} has a lower mean error, but only because of a few extreme blocks of samples",
                 tried.name
             ),
         }));
@@ -222,7 +220,7 @@ impl Best {
             let lowest =
                 self.ruled_out.iter().map(|dropped| dropped.1).fold(f64::INFINITY, f64::min);
             remarks.push(format!(
-                "{} networks and kernels were dropped after a short training; their lowest error was {} % of the conventional one",
+                "{} networks and kernels were dropped after a short training, the best at {} % of the conventional error",
                 self.ruled_out.len(),
                 significant(100.0 * lowest, 3)
             ));
@@ -333,8 +331,7 @@ impl Cut {
     fn words(&self, refused: Refusal) -> String {
         match refused {
             Refusal::NotBetter => {
-                "it is not certain (90 % confidence) that its error is below the conventional error"
-                    .to_owned()
+                "it is not better than the conventional calibration with 90 % confidence".to_owned()
             }
             Refusal::Harms { group, ratio } => {
                 let (group, ratio) = (&self.groups[group], significant(ratio, 2));

@@ -184,19 +184,18 @@ pub fn model_table<'a>(
         )
         .columns(
             has_spread.then(|| Column::numbers("±").unit("%").about(
-                "Standard error of the difference between the model's mean squared error and that of the conventional calibration, from blocks of left-out samples",
+                "Standard error of the difference of the mean squared errors of model and conventional calibration, from blocks of left-out samples",
             )),
             Column::clone,
             |row, _| Cell::digits(percent(row.model.spread), 2),
         )
         .words("features", |row| row.model.settings.features.describe())
-        .about("Feature columns that the model uses in addition to the gauges")
+        .about("Feature columns beside the gauges")
         .words("regressor", |row| row.model.settings.regressor.label())
-        .about("Method by which the load is computed from gauges and features")
+        .about("Method that computes the load from gauges and features")
         .words("cross-validation", |row| row.model.left_out.clone())
         .about(
-            "Parts of the training recordings that were left out in turn. Nested: the settings of the model were chosen anew without each part. Compare nested \
-             errors only with nested errors",
+            "Parts of the training recordings that were left out in turn. Nested: the settings were also chosen without each part. Compare nested errors only with nested ones",
         )
         .words("data", |row| match row.model.settings.decimation {
             1 => "all".to_owned(),
@@ -219,11 +218,11 @@ pub fn model_table<'a>(
         .column(Column::numbers("parameters"), |row| Cell::whole(row.model.cost.coefficients))
         .about("Number of coefficients or network weights of the model")
         .column(Column::numbers("memory").unit("B"), |row| Cell::whole(row.model.cost.bytes))
-        .about("Memory that the exported model needs in single precision: parameters and state, at the sample rate of the recordings")
+        .about("Parameters and state of the exported model in single precision, at the sample rate of the recordings")
         .column(Column::numbers("time per sample").unit("µs"), |row| {
             Cell::digits(row.model.cost.micros_a_sample, 2)
         })
-        .about("Time to compute the load of one sample, measured on this machine")
+        .about("Time to compute one load, measured on this machine")
         .column(Column::numbers("trial time").unit("s"), |row| Cell::digits(row.model.seconds, 2))
         .about("Time to fit and score the model")
         .table("", "")
