@@ -77,7 +77,7 @@ pub(crate) type Paths = Arc<Vec<LoadPath>>;
 pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 
 /// Recordings of a fit after decimation, with their conventional loads.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Dataset {
     key: Key,
     pub entries: Vec<Entry>,
@@ -97,7 +97,7 @@ pub(crate) struct Dataset {
     /// Shortest time (s) between two samples that counts as a pause, from the training recordings; `None` if no recording
     /// determines it.
     gap_secs: Option<f64>,
-    pub derived: Derived,
+    pub derived: Arc<Derived>,
 }
 
 /// A result that is computed when it is first needed. Other threads that need it meanwhile wait, and can be cancelled.
@@ -114,11 +114,11 @@ impl<T> Default for Once<T> {
 }
 
 impl<T> Once<T> {
-    fn get(
+    fn get<E: From<Cancelled>>(
         &self,
         progress: &Progress,
-        compute: impl FnOnce() -> Result<T, Cancelled>,
-    ) -> Result<&T, Cancelled> {
+        compute: impl FnOnce() -> Result<T, E>,
+    ) -> Result<&T, E> {
         if self.found.get().is_none() {
             let _computing = waited_for(&self.computing, progress)?;
             if self.found.get().is_none() {
@@ -146,8 +146,8 @@ pub(crate) struct Derived {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of one dataset in the cache. It is locked while the dataset is prepared, so that other threads wait.
-type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
+/// Place of one dataset in the cache.
+type Place = Arc<Once<Arc<Dataset>>>;
 
 /// Cache of the datasets that several requests about the same recordings share.
 #[derive(Clone, Debug, Default)]
@@ -211,11 +211,7 @@ impl Datasets {
     ) -> Result<Arc<Dataset>, AnalysisError> {
         progress.check()?;
         let place = self.place(key);
-        let mut dataset = waited_for(&place, progress)?;
-        if dataset.is_none() {
-            *dataset = Some(Arc::new(Dataset::prepare(key, progress)?));
-        }
-        Ok(Arc::clone(dataset.as_ref().expect("the dataset was prepared above")))
+        place.get(progress, || Dataset::prepare(key, progress).map(Arc::new)).cloned()
     }
 
     fn place(&self, key: &Key) -> Place {
@@ -352,7 +348,7 @@ impl Dataset {
             conventional,
             map,
             loads,
-            derived: Derived::default(),
+            derived: Arc::default(),
         })
     }
 
@@ -409,18 +405,11 @@ impl Dataset {
         let loads = entries.par_iter();
         let loads = loads.map(|entry| Arc::new(loads_from_gauges(&self.map, &entry.recording)));
         Self {
-            key: self.key.clone(),
-            groups: self.groups.clone(),
             folds: folds(&entries, &self.groups),
-            conventional: self.conventional.clone(),
-            map: self.map.clone(),
             loads: Some(loads.collect()),
-            full_scale: self.full_scale.clone(),
-            largest: self.largest.clone(),
-            gap_secs: self.gap_secs,
             entries,
-            auxiliary: self.auxiliary.clone(),
-            derived: Derived::default(),
+            derived: Arc::default(),
+            ..self.clone()
         }
     }
 
@@ -796,7 +785,7 @@ mod tests {
         let request = Request::fit(Arc::default(), FitSettings::default());
         let progress = Progress::default();
         let place = datasets.place(&request.key());
-        let preparing = place.lock().unwrap();
+        let preparing = place.computing.lock().unwrap();
         std::thread::scope(|scope| {
             let waits = scope.spawn(|| datasets.get(&request.key(), &progress).err());
             std::thread::sleep(4 * LOOK_AGAIN);
@@ -814,7 +803,7 @@ mod tests {
         let request =
             |offset| Request::fit(Arc::default(), FitSettings { offset, ..FitSettings::default() });
         let place = datasets.place(&request(true).key());
-        let _preparing = place.lock().unwrap();
+        let _preparing = place.computing.lock().unwrap();
         let answer = datasets.get(&request(false).key(), &Progress::default()).err();
         assert_eq!(answer, Some(AnalysisError::NoTraining));
         let progress = Progress::default();
