@@ -160,18 +160,8 @@ pub struct Datasets {
     applied: Arc<Mutex<Option<Arc<Applied>>>>,
 }
 
-#[derive(Debug)]
-struct FaultsOf {
-    recording: Arc<Recording>,
-    range: ValidRange,
-    faults: Arc<Faults>,
-}
-
-impl FaultsOf {
-    fn is(&self, recording: &Arc<Recording>, range: &ValidRange) -> bool {
-        Arc::ptr_eq(&self.recording, recording) && self.range == *range
-    }
-}
+/// Faulty samples of a recording, with the range of valid loads by which they were found.
+type FaultsOf = (Arc<Recording>, ValidRange, Arc<Faults>);
 
 /// Maximum range of a load that rests, as a share of the range over all recordings.
 const RESTS: f64 = 0.02;
@@ -264,8 +254,10 @@ impl Datasets {
         let before = std::mem::take(&mut *kept);
         let all: Vec<&Arc<Recording>> =
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
+        let is_of =
+            |known: &FaultsOf, recording| Arc::ptr_eq(&known.0, recording) && known.1 == *range;
         let are_known = before.len() == all.len()
-            && before.iter().zip(&all).all(|(known, of)| known.is(of, range));
+            && before.iter().zip(&all).all(|(known, recording)| is_of(known, recording));
         // Load cases without times are compared with each other, so all their recordings are searched together.
         let mut of_tables = if !are_known && all.iter().any(|recording| recording.is_static()) {
             faults_of(&all.iter().map(|recording| &***recording).collect::<Vec<_>>(), range)
@@ -275,19 +267,15 @@ impl Datasets {
         .into_iter();
         for recording in all {
             progress.check()?;
-            let known = before.iter().find(|known| known.is(recording, range));
+            let known = before.iter().find(|known| is_of(known, recording));
             let found = match (of_tables.next(), known) {
                 (Some(found), _) => Arc::new(found),
-                (None, Some(known)) => Arc::clone(&known.faults),
+                (None, Some((.., known))) => Arc::clone(known),
                 (None, None) => Arc::new(faults(recording, range)),
             };
-            kept.push(FaultsOf {
-                recording: Arc::clone(recording),
-                range: range.clone(),
-                faults: found,
-            });
+            kept.push((Arc::clone(recording), range.clone(), found));
         }
-        Ok(kept.iter().map(|found| Arc::clone(&found.faults)).collect())
+        Ok(kept.iter().map(|(.., found)| Arc::clone(found)).collect())
     }
 }
 
