@@ -19,7 +19,6 @@
 
 mod cycle;
 mod outline;
-mod raster;
 mod turns;
 
 use std::cmp::Ordering;
