@@ -139,7 +139,7 @@ impl Newest {
 
 impl LiveTable {
     pub fn gauge_names(&self) -> &[String] {
-        &self.plan.gauge_names
+        &self.plan.gauges.names
     }
 
     /// Returns the indices of the calibration's channels in a row, or a message about missing channels. Gauges are found by
@@ -165,7 +165,7 @@ impl LiveTable {
     }
 
     pub fn auxiliary_names(&self) -> &[String] {
-        &self.plan.auxiliary_names
+        &self.plan.auxiliary.names
     }
 
     pub fn axes(&self) -> &[Axis] {
@@ -243,10 +243,10 @@ impl LiveTable {
             Err(at(name, head.line)(fault(head.names.clone())))
         };
         if plan.is_static {
-            return missing(|names| TableError::NoTime { names });
+            return missing(TableError::no_time);
         }
-        if plan.gauge_names.is_empty() {
-            return missing(|names| TableError::NoGauges { names });
+        if plan.gauges.names.is_empty() {
+            return missing(TableError::no_gauges);
         }
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
@@ -268,7 +268,7 @@ impl LiveTable {
                 TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
             },
             assumed_unit,
-            held: vec![Newest::NONE; plan.auxiliary_names.len()],
+            held: vec![Newest::NONE; plan.auxiliary.names.len()],
             plan,
             keys,
             n_rows: 0.0,
@@ -349,7 +349,7 @@ impl LiveTable {
     }
 
     fn rows(&mut self, rows: Rows) -> Vec<LiveRow> {
-        let (n_gauges, n_axes) = (self.plan.gauge_names.len(), self.plan.axes.len());
+        let (n_gauges, n_axes) = (self.plan.gauges.names.len(), self.plan.axes.len());
         let first = self.n_rows;
         self.n_rows += rows.times.len() as f64;
         let counted = self.plan.time_column.is_none();

@@ -739,13 +739,13 @@ mod tests {
             format!("t{}", names.collect::<String>())
         };
         let (plan, notes) = plan_and_notes(&format!("{},S1", header("x"))).unwrap();
-        assert_eq!(plan.gauge_names, ["S1"]);
+        assert_eq!(plan.gauges.names, ["S1"]);
         let Cause::IgnoredColumns { names } = &notes[0] else { panic!("{notes:?}") };
         assert_eq!(names.len(), 20_000);
         let error = plan_and_notes(&header("ch")).unwrap_err();
         assert!(matches!(
             error,
-            ReadError::Table { source: TableError::TooManyGauges { count: 20_000, .. }, .. }
+            ReadError::Table { source: TableError::TooMany { count: 20_000, .. }, .. }
         ));
     }
 

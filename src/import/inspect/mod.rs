@@ -345,7 +345,7 @@ fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {
     let series = |times, values, width| Series { times, values, width };
     let (left, right) = (&gauges.rows, &reference.rows);
     clock_offset::estimate(
-        series(&left.times, &left.gauges, gauges.plan.gauge_names.len()),
+        series(&left.times, &left.gauges, gauges.plan.gauges.names.len()),
         series(&right.times, &right.loads, reference.plan.axes.len()),
     )
 }
