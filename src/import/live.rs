@@ -16,7 +16,7 @@ use super::{
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side, TimeScale},
-    proposal::propose,
+    proposal::mapped,
     rows::Rows,
     warning::Cause,
 };
@@ -223,18 +223,10 @@ impl LiveTable {
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
-        let map = match source.whole_map() {
-            Some(map) => map.clone(),
-            None => {
-                let proposal = propose(&opened, &text, &head);
-                let map = match source.map {
-                    Some(map) => proposal.completed(map, &text, &head),
-                    None => Ok(proposal.map(&text, &head, name)),
-                };
-                let map = map.map_err(|error| at(name, head.line)(error.into()))?;
-                named_channels(map, &head, source)
-            }
-        };
+        let mut map = mapped(name, &opened, source.map, Some(&text))?.map;
+        if source.whole_map().is_none() {
+            map = named_channels(map, &head, source);
+        }
         // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
         // another time.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);

@@ -14,7 +14,8 @@ pub use super::question::Question;
 
 use super::abandonable::abandonable;
 use super::column_report::reports;
-use super::load::{Mapped, Reading, mapped};
+use super::load::Reading;
+use super::proposal::{Mapped, mapped};
 use super::question::answer;
 use super::two_clocks::{self, Table};
 use crate::{
@@ -314,7 +315,7 @@ fn check(
             check.clock_offset = estimated_offset(&sides.gauges, reference);
         }
         if !may_skip_rows {
-            sides.check_skipped(path)?;
+            sides.check_skipped()?;
         }
         sides.joined()
     });

@@ -52,11 +52,15 @@ impl<'a> Listed<'a> {
         }
         columns.retain(|(_, rule)| side.reads(rule.is));
         for (at, (index, rule)) in columns.iter().enumerate() {
-            let is_same = |(_, other): &&(usize, &ColumnRule)| other.is == rule.is;
-            if rule.is.is_of_one_column()
+            let name = rule.name.as_deref().filter(|_| rule.is.is_channel());
+            let is_same = |(_, other): &&(usize, &ColumnRule)| {
+                other.is == rule.is && name.is_none_or(|name| other.name.as_deref() == Some(name))
+            };
+            if (rule.is.is_of_one_column() || name.is_some())
                 && let Some((first, _)) = columns[..at].iter().find(is_same)
             {
-                let what = rule.is.to_string();
+                let what =
+                    format!("{} {}", rule.is, name.unwrap_or_default()).trim_end().to_owned();
                 return Err(TableError::Twice { what, first: first + 1, second: index + 1 });
             }
         }
@@ -177,6 +181,15 @@ impl Plan {
             may_be_blank: side != Side::Both,
             is_static: false,
         };
+        for (what, role, limit) in [
+            ("gauges", ColumnRole::Gauge, GAUGE_LIMIT),
+            ("auxiliary channels", ColumnRole::Auxiliary, AUXILIARY_LIMIT),
+        ] {
+            let count = listed.columns.iter().filter(|(_, rule)| rule.is == role).count();
+            if count > limit {
+                return Err(TableError::TooMany { what, count, limit, names: listed.names() });
+            }
+        }
         plan.take_times(&listed)?;
         if let Some(pose) = plan.pose.as_mut().filter(|_| plan.is_static) {
             // Without times, the acceleration of the weight cannot be computed, so its position is not needed.
@@ -186,15 +199,6 @@ impl Plan {
             plan.take(&listed, index, rule, parts.as_deref().unwrap_or_default())?;
         }
         let is_read = |usage: &Use| usage.is_number() && !usage.is_time() && *usage != Use::Ignored;
-        if plan.gauges.names.len() > GAUGE_LIMIT || plan.auxiliary.names.len() > AUXILIARY_LIMIT {
-            let is_gauges = plan.gauges.names.len() > GAUGE_LIMIT;
-            let (what, limit, all) = if is_gauges {
-                ("gauges", GAUGE_LIMIT, plan.gauges.names)
-            } else {
-                ("auxiliary channels", AUXILIARY_LIMIT, plan.auxiliary.names)
-            };
-            return Err(TableError::TooMany { what, limit, count: all.len(), names: all });
-        }
         if side == Side::Gauges && plan.gauges.names.is_empty() {
             return Err(TableError::no_gauges(listed.names()));
         }
