@@ -128,6 +128,16 @@ impl ColumnReport {
         self.content == Content::Numbers && self.min < self.max
     }
 
+    /// Returns true if the column is a load whose axis the name does not tell.
+    pub(crate) fn is_unnamed_load(&self) -> bool {
+        self.named.is_unnamed_load(self.unit.as_deref())
+    }
+
+    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column.
+    pub(crate) fn auxiliary_unit(&self) -> Option<String> {
+        self.named.auxiliary_unit(self.unit.as_deref())
+    }
+
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
     pub(crate) fn is_counter(&self) -> bool {
         self.counts_up || self.named.is_counter(self.is_whole)
@@ -143,11 +153,6 @@ impl ColumnReport {
 
     pub(crate) fn cells_fit_role(&self) -> bool {
         match self.is {
-            ColumnRole::Ignore
-            | ColumnRole::Group
-            | ColumnRole::Status
-            | ColumnRole::Mount
-            | ColumnRole::Channel => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
             // If the gauges are sampled faster than the reference, the time of the reference repeats in most rows, so it need
@@ -160,6 +165,7 @@ impl ColumnReport {
             | ColumnRole::Auxiliary
             | ColumnRole::Load(_)
             | ColumnRole::Pose(_) => self.content == Content::Numbers,
+            _ => true,
         }
     }
 }

@@ -17,18 +17,10 @@ use crate::{
 pub enum TableError {
     #[error("no table of numbers: there is no column of numbers among {}", listed(names))]
     NoNumbers { names: Vec<String> },
-    #[error(
-        "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose the time column in a column map",
-        listed(names)
-    )]
-    NoTime { names: Vec<String> },
-    #[error(
-        "no gauge column among {}. Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised), or choose them in a column map",
-        listed(names)
-    )]
-    NoGauges { names: Vec<String> },
-    #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
-    TooManyGauges { count: usize, limit: usize, names: Vec<String> },
+    #[error("no {what} among {}. {advice}, or choose it in a column map", listed(names))]
+    Lacks { what: &'static str, advice: &'static str, names: Vec<String> },
+    #[error("{count} {what}, but at most {limit} are supported: {}", listed(names))]
+    TooMany { what: &'static str, count: usize, limit: usize, names: Vec<String> },
     #[error(
         "columns {first} and {second} are both read as {}. Rename one of the columns, or give it another role in a column map",
         shown(what)
@@ -37,20 +29,11 @@ pub enum TableError {
     #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
     #[error(
-        "no reference load among the columns {}. Name the load columns Fx, Fy and so on, or choose them in a column map",
-        listed(names)
-    )]
-    NoLoads { names: Vec<String> },
-    #[error(
-        "{column} cannot be an auxiliary channel: another auxiliary channel has the same name, or there are more than {limit} auxiliary channels. Rename the column, or give it the role \"ignore\" in the column map"
-    )]
-    Auxiliaries { column: NamedColumn, limit: usize },
-    #[error(
         "{column} counts samples instead of giving times, and the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "the time in {column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but with {nearest} as the unit, which fits best, the time step differs from this by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
+        "the time in {column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, and {nearest}, the best unit, is off by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms]",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -73,7 +56,7 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the time of the reference load goes back from {from_secs} s to {to_secs} s, so the reference cannot be assigned to the gauge samples. Split the gauge file and the reference file at this time"
+        "the time of the reference load goes back from {from_secs} s to {to_secs} s. Split the gauge file and the reference file at this time"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
     #[error("the table has a header, but no rows after it")]
@@ -90,9 +73,28 @@ pub enum TableError {
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error(
-        "{column} jumps, goes back or changes in {count} rows, and each of these rows would start a new recording. This is the first of them. Give the column another role if its role is wrong"
+        "{column} jumps, goes back or changes in {count} rows, each of which would start a new recording. This is the first. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
+}
+
+impl TableError {
+    const TIME: &str = "time column";
+
+    pub fn no_time(names: Vec<String>) -> Self {
+        let advice = "Name one t or time, with its unit, e.g. t_ms";
+        Self::Lacks { what: Self::TIME, advice, names }
+    }
+
+    pub fn no_gauges(names: Vec<String>) -> Self {
+        let advice =
+            "Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised)";
+        Self::Lacks { what: "gauge column", advice, names }
+    }
+
+    pub fn is_about_time(&self) -> bool {
+        matches!(self, Self::Lacks { what: Self::TIME, .. })
+    }
 }
 
 /// Reason why no recording can be read from a file. Lines are counted from 1.
@@ -111,13 +113,13 @@ pub enum ReadError {
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file must contain one of the names listed under \"mounts\" in the column map ({}), but contains none or two of them. Rename the file, or give a column the role mount", path.display(), listed(mounts))]
+    #[error("{}: the name of the file must contain exactly one of the names listed under \"mounts\" in the column map ({}). Rename the file, or give a column the role mount", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
-    #[error("{}: estimating a weight needs the pose of the sensor and measured forces. In a column map, choose the columns of the pose and of Fx, Fy and Fz. The centre of mass also needs Mx, My and Mz", path.display())]
+    #[error("{}: estimating a weight needs the pose of the sensor and measured forces Fx, Fy and Fz, and for its centre also Mx, My and Mz. Choose their columns in a column map", path.display())]
     NothingToWeigh { path: PathBuf },
-    #[error("{}: gravity keeps its direction in the sensor's frame, so the weight cannot be separated from the offset of the reference. Turn the sensor during the recording", path.display())]
+    #[error("{}: the sensor never turned, so the weight cannot be separated from the offset of the reference", path.display())]
     NeverTurned { path: PathBuf },
-    #[error("{}: no gauge sample has a reference load at its time. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    #[error("{}: no gauge sample has a reference load. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
         reference_path: PathBuf,
@@ -127,11 +129,11 @@ pub enum ReadError {
     #[error("{first}. No other row of the table is usable either")]
     NoUsableRow { first: Box<Finding> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped. The most frequent reason is: {first}. Describe the layout of the table in a column map, or correct the file",
+        "{}: {skipped} of {rows} rows would be skipped, mostly because: {first}. Describe the layout of the table in a column map, or correct the file",
         path.display()
     )]
     ManySkipped { path: PathBuf, skipped: u64, rows: u64, first: Box<Finding> },
-    #[error("{}: the reading was cancelled, but the reader of the file did not stop. It was abandoned, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
+    #[error("{}: the reading was cancelled, but did not stop, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
     Abandoned { path: PathBuf },
     #[error("cancelled")]
     Cancelled,
@@ -145,13 +147,11 @@ impl Advice for ReadError {
             | Self::ManySkipped { .. }
             | Self::Table {
                 source:
-                    Of::NoTime { .. }
-                    | Of::NoGauges { .. }
-                    | Of::TooManyGauges { .. }
+                    Of::Lacks { .. }
+                    | Of::TooMany { .. }
                     | Of::Twice { .. }
                     | Of::UnknownUnit { .. }
                     | Of::NoSampleRate { .. }
-                    | Of::NoLoads { .. }
                     | Of::NoTimeUnit { .. }
                     | Of::MapShape { .. }
                     | Of::MapOtherName { .. }

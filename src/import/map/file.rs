@@ -118,7 +118,7 @@ impl TableMap {
     }
 
     /// Returns true if the map is for files with certain columns. A typed map has no shape.
-    pub(in crate::import) fn has_shape(&self) -> bool {
+    pub fn has_shape(&self) -> bool {
         self.shape.columns > 0
     }
 
@@ -212,8 +212,8 @@ mod tests {
             ("\"column\": 2", "\"column\": 1", "column 1 is listed twice"),
             ("\"column\": 2", "\"column\": \"S1\"", "the file has no header"),
             ("\"gauge\"", "\"gage\"", "a column cannot have the role \"gage\""),
-            ("\"Fz\"", "\"pose_x\"", "no orientation"),
-            ("\"Fz\"", "\"pose_qx\"", "no w component of the quaternion"),
+            ("\"Fz\"", "\"pose_x\"", "one whole orientation"),
+            ("\"Fz\"", "\"pose_qx\"", "one whole orientation"),
             ("\"semicolon\"", "\"colon\"", "`colon`"),
             ("\"scale\": -1.0", "\"scale\": 0", "\"scale\" of column 5 is 0"),
             ("\"scale\": -1.0", "\"size\": 0", "unknown field `size`"),
