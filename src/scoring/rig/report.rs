@@ -93,7 +93,6 @@ impl RigReport {
             findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
         }
         findings.extend(changes);
-        findings.extend(rig.clipped_reference(training));
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
