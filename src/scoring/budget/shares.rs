@@ -6,7 +6,7 @@ use crate::{
     calibration::t_beyond,
     scoring::budget::{
         cause::{Cause, Causes},
-        held_out::{AllErrors, SetErrors},
+        held_out::{AllErrors, AxisErrors},
     },
 };
 
@@ -101,7 +101,7 @@ pub struct Decision<'a> {
 struct OfSet<'a> {
     raw: Vec<f64>,
     systematic: Vec<f64>,
-    errors: &'a SetErrors,
+    axes: Vec<&'a AxisErrors>,
 }
 
 impl Shares {
@@ -137,8 +137,9 @@ impl Decision<'_> {
         if self.n_samples.len() < FEWEST_BLOCKS {
             return Err(NoBudget::TooFewSamples);
         }
-        let sets: Vec<Option<OfSet<'_>>> =
-            self.errors.iter().map(|own| own.as_ref().map(|own| self.of_set(own, axes))).collect();
+        let sets = self.errors.iter();
+        let sets = sets.map(|errors| errors.as_ref().map(|errors| self.of_set(errors, axes)));
+        let sets: Vec<Option<OfSet<'_>>> = sets.collect();
         let explained = Explained { decision: self, sets, axes };
         let none = explained.set(Causes::default());
         let n = explained.n();
@@ -152,12 +153,13 @@ impl Decision<'_> {
         Ok(Shares { over_in_sample, ..explained.shares(total) })
     }
 
-    fn of_set<'a>(&self, errors: &'a SetErrors, axes: &[usize]) -> OfSet<'a> {
-        let noise: f64 = axes.iter().map(|axis| errors.noise[*axis].min(self.floor[*axis])).sum();
-        let raw = |block: usize| axes.iter().map(|axis| errors.squares[*axis][block]).sum();
+    fn of_set<'a>(&self, errors: &'a [AxisErrors], axes: &[usize]) -> OfSet<'a> {
+        let noise: f64 = axes.iter().map(|axis| errors[*axis].noise.min(self.floor[*axis])).sum();
+        let axes: Vec<&AxisErrors> = axes.iter().map(|axis| &errors[*axis]).collect();
+        let raw = |block: usize| axes.iter().map(|axis| axis.squares[block]).sum();
         let raw: Vec<f64> = (0..self.n_samples.len()).map(raw).collect();
         let systematic = raw.iter().zip(self.n_samples).map(|(square, n)| square - n * noise);
-        OfSet { systematic: systematic.collect(), raw, errors }
+        OfSet { systematic: systematic.collect(), raw, axes }
     }
 }
 
@@ -252,7 +254,7 @@ impl Explained<'_> {
             / self.n();
         let certain = match Cause::OF_UNITS.iter().position(|own| *own == cause) {
             Some(at) => {
-                let gains = self.axes.iter().map(|axis| with.errors.gains[at][*axis]);
+                let gains = with.axes.iter().map(|axis| axis.gains[at]);
                 let (gain, variance) =
                     gains.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
                 gain / (variance + 1e-300).sqrt() / LEAST_GAIN

@@ -19,9 +19,6 @@ use crate::{
 /// to the error, its true correction leaves 1 / 1.25 = 0.8 of the error. An estimated correction leaves up to a twentieth
 /// more.
 const MATTERS: f64 = 0.84;
-/// Minimum change of the load by a reported tare (changed zeros), as a share of the change that would reduce the error by
-/// [`MATTERS`]. The share is below one, because noise can make an estimated change smaller than the true one.
-const SHIFT: f64 = 0.8;
 /// Minimum reduction of the held-out error by the correction of a reported fault, as a share of full scale. It is one step of
 /// a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
@@ -33,11 +30,8 @@ const BY_CHANCE: f64 = 0.005;
 const BY_CHANCE_OF_RUNS: f64 = 0.1;
 /// Minimum number of runs (recordings) for an estimate of chance from the scatter of whole runs.
 const ENOUGH_RUNS: usize = 4;
-/// Number of corrections that are fitted completely and cross-validated. They are those that reduce the residuals most in a
-/// first linear step.
-const REFITTED: usize = 40;
-/// Number of Gauss-Newton steps in the fit of a correction.
-const STEPS: usize = 6;
+/// Number of corrections that are cross-validated. They are those that reduce the residuals most.
+const REFITTED: usize = 60;
 /// Penalty for each parameter when corrections are compared by the logarithm of their error. The Bayesian information
 /// criterion gives `ln n / (2 n)` for n independent errors. This fixed value belongs to n = 60, such as 15 units (parts of
 /// recordings) with four axes each.
@@ -98,34 +92,35 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs that have the fault.
     pub place: Where,
-    /// Size of the fault: factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad). For a
-    /// tare or a drift, it is the change of the load on each axis, as a share of full scale.
-    pub values: Vec<f64>,
+    /// Size of the fault: factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad); 1 for other
+    /// faults.
+    pub value: f64,
     /// Held-out error of the uncorrected data, as a share of full scale.
     pub with: f64,
     /// Held-out error after the correction of the fault, as a share of full scale.
     pub without: f64,
 }
 
-/// Possible fault in a set of runs. Its correction is tried.
+/// Possible fault in a set of runs, and its correction.
 struct Trial {
     place: Where,
     /// True for each unit to which the correction is applied.
     is_here: Vec<bool>,
     cause: Cause,
-    /// Amount by which one linear step of the correction reduces the sum of the gauges' squared residuals, each divided by
-    /// the variance of its gauge.
+    zeros: Zeros,
+    /// Size of each parameter of the correction; empty for changed zeros.
+    sizes: Vec<f64>,
+    /// Amount by which the correction reduces the sum of the gauges' squared residuals, each divided by the variance of its
+    /// gauge.
     gain: f64,
 }
 
-/// Possible fault with its fitted correction.
+/// Possible fault with the held-out error after its correction.
 struct Refit<'a> {
     trial: &'a Trial,
     n_parameters: usize,
-    values: Vec<f64>,
+    value: f64,
     error: f64,
-    /// True if the fault changes the sensitivity and the correction also fits new zeros.
-    frees_zeros: bool,
     /// Probabilities that the correction reduces the error by chance, from the scatter of parts of recordings (units)
     /// and from that of whole recordings (runs).
     chances: [f64; 2],
@@ -159,36 +154,34 @@ impl Rig {
         let places: Vec<Where> = (1..n).map(Where::From).chain(alone.map(Where::One)).collect();
         let mut trials: Vec<Trial> =
             places.par_iter().flat_map_iter(|place| self.trials(*place)).collect();
-        let is_here = vec![true; self.units.len()];
-        trials.push(Trial { place: Where::All, is_here, cause: Cause::Drift, gain: f64::INFINITY });
+        trials.push(Trial {
+            place: Where::All,
+            is_here: vec![true; self.units.len()],
+            cause: Cause::Drift,
+            zeros: Zeros::Free,
+            sizes: Vec::new(),
+            gain: f64::INFINITY,
+        });
         let mut order: Vec<&Trial> = trials.iter().collect();
         order.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         order.truncate(REFITTED);
-        let refits = order.par_iter().flat_map_iter(|trial| match trial.cause {
-            Cause::Tare | Cause::Drift => vec![self.refit_zeros(trial)],
-            _ => {
-                let zeros = self.zeros_of(&trial.cause).into_iter();
-                zeros.filter_map(|zeros| self.refit_gains(trial, zeros)).collect()
-            }
+        let refits = order.par_iter().filter_map(|trial| match trial.sizes[..] {
+            [] => Some(self.refit_zeros(trial)),
+            _ => self.refit_gains(trial),
         });
         let refits: Vec<Refit<'_>> = refits.collect();
         // A changed sensitivity with new zeros must explain more than new zeros alone, which are a tare. A factor of nearly
         // one must, too, because it mostly shifts large zeros.
         let exceeds_tare = |refit: &Refit<'_>| {
-            let is_tare =
-                |tried: &&Trial| tried.place == refit.trial.place && tried.cause == Cause::Tare;
-            let tare = trials.iter().find(is_tare).map(|tare| self.refit_zeros(tare));
-            tare.is_some_and(|tare| matters(tare.error, refit.error))
+            let Trial { place, cause, zeros, .. } = refit.trial;
+            let is_gain = matches!(cause, Cause::Gauge(_) | Cause::AllGauges);
+            let is_small = is_gain && (refit.value.abs() - 1.0).abs() < SMALLEST_GAIN;
+            let frees_zeros = *zeros == Zeros::Free && !cause.is_exchange();
+            let is_tare = |tried: &&Trial| tried.place == *place && tried.cause == Cause::Tare;
+            let tare = trials.iter().find(is_tare).filter(|_| frees_zeros || is_small);
+            tare.is_none_or(|tare| matters(self.refit_zeros(tare).error, refit.error))
         };
-        let is_small = |refit: &Refit<'_>| {
-            let is_gain = matches!(refit.trial.cause, Cause::Gauge(_) | Cause::AllGauges);
-            is_gain && (refit.values[0].abs() - 1.0).abs() < SMALLEST_GAIN
-        };
-        let explains = |refit: &&Refit<'_>| {
-            matters(with, refit.error)
-                && self.is_shift(refit)
-                && (!(refit.frees_zeros || is_small(refit)) || exceeds_tare(refit))
-        };
+        let explains = |refit: &&Refit<'_>| matters(with, refit.error) && exceeds_tare(refit);
         let explaining: Vec<&Refit<'_>> = refits.iter().filter(explains).collect();
         let is_significant = |refit: &&&Refit<'_>| {
             let n_places = if refit.trial.place == Where::All { 1 } else { places.len() };
@@ -204,23 +197,7 @@ impl Rig {
         let possible = explaining.into_iter().filter(|own| changed.contains(&own.trial.place));
         let best = possible.min_by(|a, b| score(a).total_cmp(&score(b)))?;
         let (cause, place) = (best.trial.cause.clone(), best.trial.place);
-        Some(Contradiction { cause, place, values: best.values.clone(), with, without: best.error })
-    }
-
-    /// Returns false if the fault is a tare whose change of the load is too small to be reported. If `m` of `n` held-out
-    /// parts are tared, the squared error grows by `m (n − m) / (n − 1)²` times the squared change of the load.
-    fn is_shift(&self, refit: &Refit<'_>) -> bool {
-        if refit.trial.cause != Cause::Tare {
-            return true;
-        }
-        let by_unit = self.n_runs() < fits::FEWEST_RUNS;
-        let n = if by_unit { self.units.len() } else { self.n_runs() } as f64;
-        let is_here = &refit.trial.is_here;
-        let m = n * is_here.iter().filter(|here| **here).count() as f64 / is_here.len() as f64;
-        let added = m * (n - m) / (n - 1.0).powi(2);
-        let smallest = ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT * refit.error;
-        let squares: f64 = refit.values.iter().map(|value| value * value).sum();
-        squares > refit.values.len() as f64 * smallest * smallest
+        Some(Contradiction { cause, place, value: best.value, with, without: best.error })
     }
 
     /// Returns true if the side of a change that is corrected comes before its place. It is the side with fewer runs, because
@@ -254,20 +231,24 @@ impl Rig {
         let n = here[(0, 0)] * others[(0, 0)] / (here[(0, 0)] + others[(0, 0)]);
         let zeros = fit.means(&here).into_iter().zip(&variances);
         let tare = zeros.map(|(zero, variance)| n * zero * zero / variance).sum();
-        let gain = |cause: &Cause| {
-            let zeros = self.zeros_of(cause).into_iter().filter(|zeros| *zeros != Zeros::Kept);
-            let steps = zeros.filter_map(|zeros| {
-                let moments = if zeros == Zeros::Scaled { &raw } else { &centred };
-                moments.step(&self.ways(&self.directions(cause, zeros, &fit), &fit), &variances)
-            });
-            let is_possible = |size: f64| !cause.is_exchange() || EXCHANGED.contains(&size);
-            steps.filter(|(sizes, ..)| is_possible(sizes[0])).map(|own| own.1).reduce(f64::max)
+        let trial = |cause, zeros, sizes, gain| {
+            let is_here = is_here.clone();
+            Trial { place, is_here, cause, zeros, sizes, gain }
         };
-        let causes = self.causes().into_iter();
-        let gains = causes.filter_map(|cause| gain(&cause).map(|gain| (cause, gain)));
-        let trial =
-            |(cause, gain): (Cause, f64)| Trial { place, is_here: is_here.clone(), cause, gain };
-        [(Cause::Tare, tare)].into_iter().chain(gains).map(trial).collect()
+        let mut all = vec![trial(Cause::Tare, Zeros::Free, Vec::new(), tare)];
+        for cause in self.causes() {
+            for zeros in self.zeros_of(&cause) {
+                let moments = if zeros == Zeros::Free { &centred } else { &raw };
+                let ways = self.ways(&self.directions(&cause, zeros, &fit), &fit);
+                let Some((sizes, gain, _)) = moments.step(&ways, &variances) else { continue };
+                if !cause.is_exchange() {
+                    all.push(trial(cause.clone(), zeros, sizes, gain));
+                } else if EXCHANGED.contains(&sizes[0]) {
+                    all.push(trial(cause.clone(), zeros, vec![1.0], gain));
+                }
+            }
+        }
+        all
     }
 
     /// Returns the assumptions about zeros that are tried in the correction of a fault. With a single gauge whose zero is
@@ -406,94 +387,65 @@ impl Rig {
             let mut change = shape.unchanged();
             if trial.cause == Cause::Tare {
                 change[(1, 1)] = 0.0;
-                change[(1, 0)] = if *here { 1.0 } else { 0.0 };
+                change[(1, 0)] = f64::from(u8::from(*here));
             }
             unit.changed(&change)
         };
-        let mut units: Vec<Unit> = self.units.iter().zip(&trial.is_here).map(in_step).collect();
+        let units: Vec<Unit> = self.units.iter().zip(&trial.is_here).map(in_step).collect();
         let x: Vec<f64> = units.iter().map(|unit| unit.sums[(0, 1)] / unit.sums[(0, 0)]).collect();
         let fit = Fit::with_drift(&fits::sum(units.iter(), shape), shape);
-        let drift: Vec<f64> = fit.map.col(1 + n_axes).iter().copied().collect();
-        let zeros = units.iter().zip(&x).map(|(unit, x)| {
-            let means = fit.means(&unit.sums).into_iter().zip(&drift);
-            means.map(|(mean, drift)| mean + drift * x).collect()
-        });
-        let zeros: Vec<Vec<f64>> = zeros.collect();
+        let drift = fit.map.col(1 + n_axes);
         let mut change = shape.unchanged();
         (0..shape.n_gauges).for_each(|gauge| change[(shape.gauge(gauge), 1)] = -drift[gauge]);
-        units.iter_mut().for_each(|unit| *unit = unit.changed(&change));
-        let back = Fit::backward(&fits::sum(units.iter(), shape), shape);
-        let map = &back.map;
-        // Loads, as shares of full scale, that a calibration computes from these zeros of the gauges.
-        let loads = |zeros: &[f64]| -> Vec<f64> {
+        let corrected: Vec<Unit> = units.iter().map(|unit| unit.changed(&change)).collect();
+        let back = Fit::backward(&fits::sum(corrected.iter(), shape), shape);
+        // Loads, as shares of full scale, that a calibration computes from the zeros of the gauges in a unit.
+        let loads = |(unit, x): (&Unit, &f64)| {
+            let zeros = fit.means(&unit.sums).into_iter().zip(drift.iter());
+            let zeros: Vec<f64> = zeros.map(|(mean, drift)| mean + drift * x).collect();
             let of_axis =
-                |axis: usize| (1..).zip(zeros).map(move |(at, zero)| map[(axis, at)] * zero);
-            (0..n_axes).map(|axis| of_axis(axis).sum()).collect()
+                |axis: usize| (1..).zip(&zeros).map(|(at, zero)| back.map[(axis, at)] * zero).sum();
+            (0..n_axes).map(of_axis).collect()
         };
+        let zeros = units.iter().zip(&x).map(loads).collect();
         let weights = self.units.iter().map(|unit| unit.sums[(0, 0)]).collect();
-        Refit {
-            trial,
-            n_parameters: n_axes,
-            values: loads(&drift),
-            error: error(&units, shape),
-            frees_zeros: false,
-            chances: self.chances(zeros.iter().map(|zeros| loads(zeros)).collect(), weights, x),
-        }
+        let chances = self.chances(zeros, weights, x);
+        let error = error(&corrected, shape);
+        Refit { trial, n_parameters: n_axes, value: 1.0, error, chances }
     }
 
-    fn refit_gains<'a>(&self, trial: &'a Trial, zeros: Zeros) -> Option<Refit<'a>> {
-        let (shape, Trial { is_here, cause, place, .. }) = (&self.shape, trial);
+    fn refit_gains<'a>(&self, trial: &'a Trial) -> Option<Refit<'a>> {
+        let (shape, Trial { is_here, cause, zeros, sizes, .. }) = (&self.shape, trial);
         let [here, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
-        let mut fit = Fit::forward(&others, shape);
-        let mut variances = fit.variances(&others);
-        let is_turn = *cause == Cause::Rotation;
-        let mut change = shape.unchanged();
-        let mut sizes = vec![0.0; if is_turn { turns(&shape.axes).len() } else { 1 }];
-        if cause.is_exchange() {
-            change = self.change(cause, &self.directions(cause, zeros, &fit), &[1.0]);
+        let fit = Fit::forward(&others, shape);
+        let mut change = self.change(cause, &self.directions(cause, *zeros, &fit), sizes);
+        let frees_zeros = *zeros == Zeros::Free && !cause.is_exchange();
+        if frees_zeros {
+            let left = fit.means(&fits::changed(&here, &change));
+            left.iter().enumerate().for_each(|(at, zero)| change[(shape.gauge(at), 0)] -= zero);
         }
-        for _ in 0..if cause.is_exchange() { 0 } else { STEPS } {
-            let now = fits::changed(&here, &change);
-            let is_free = zeros == Zeros::Free;
-            let mean = if is_free { column_means(&now) } else { vec![0.0; shape.width()] };
-            let directions = self.directions(cause, zeros, &fit);
-            let moments = Moments::about(&now, &mean, &fit, shape);
-            let mut step = moments.step(&self.ways(&directions, &fit), &variances)?.0;
-            if is_turn {
-                let length = step.iter().map(|angle| angle * angle).sum::<f64>().sqrt();
-                step.iter_mut().for_each(|angle| *angle *= (0.4 / length).min(1.0));
-            }
-            for (size, step) in sizes.iter_mut().zip(&step) {
-                *size += if is_turn { *step } else { step * (1.0 + *size) };
-            }
-            let most = if matches!(cause, Cause::Gauge(_)) { MOST_OF_GAUGE } else { 1e4 };
-            if !is_turn && !(1.0 / most..most).contains(&(1.0 + sizes[0]).abs()) {
-                return None;
-            }
-            change = self.change(cause, &directions, &step) * change;
-            if is_free {
-                let left = fit.means(&fits::changed(&here, &change));
-                left.iter().enumerate().for_each(|(at, zero)| change[(shape.gauge(at), 0)] -= zero);
-            }
-            let all = fits::changed(&here, &change) + &others;
-            fit = Fit::forward(&all, shape);
-            variances = fit.variances(&all);
-        }
+        let is_gain = *cause != Cause::Rotation && !cause.is_exchange();
+        let factor = if is_gain { 1.0 + sizes[0] } else { 1.0 };
+        let most = if matches!(cause, Cause::Gauge(_)) { MOST_OF_GAUGE } else { 1e4 };
         // Gains and axes cannot be compared between runs that load different axes. Only another unit makes the loads of an axis
         // much larger than those of the other runs: millimetres, or centimetres.
         let is_loaded = |sums: &Mat<f64>| fits::is_loaded(sums, &others, shape);
-        let factor = if is_turn { 1.0 } else { 1.0 + sizes[0] };
         let is_unit = [0.01, 0.001].iter().any(|unit| (factor.abs() / unit - 1.0).abs() < 0.1);
-        if !is_loaded(&fits::changed(&here, &change)) || !(is_loaded(&here) || is_unit) {
+        if !(1.0 / most..most).contains(&factor.abs())
+            || !is_loaded(&fits::changed(&here, &change))
+            || !(is_loaded(&here) || is_unit)
+        {
             return None;
         }
         let corrected = self.units.iter().zip(is_here);
         let corrected =
             corrected.map(|(unit, here)| if *here { unit.changed(&change) } else { unit.clone() });
         let units: Vec<Unit> = corrected.collect();
+        let fit = Fit::forward(&fits::sum(units.iter(), shape), shape);
+        let variances = fit.variances(&fits::sum(units.iter(), shape));
         // For an exchange of columns, its share is estimated from the uncorrected data of each unit.
         let shown = if cause.is_exchange() { &self.units } else { &units };
-        let ways = self.ways(&self.directions(cause, zeros, &fit), &fit);
+        let ways = self.ways(&self.directions(cause, *zeros, &fit), &fit);
         let means = [false, true].map(|side| match zeros {
             Zeros::Scaled => vec![0.0; shape.width()],
             _ => column_means(&self.side(shown, is_here, side)),
@@ -504,29 +456,22 @@ impl Rig {
             let Some((mut step, _, weight)) = moments.step(&ways, &variances) else {
                 return (vec![0.0; ways.len()], 0.0);
             };
-            if *here {
-                step.iter_mut().zip(&sizes).for_each(|(value, size)| *value += size);
+            if *here && !cause.is_exchange() {
+                step.iter_mut().zip(sizes).for_each(|(value, size)| *value += size);
             }
             (step, weight)
         };
         let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
-        let frees_zeros = zeros == Zeros::Free && !cause.is_exchange();
         let n_zeros = if frees_zeros { shape.axes.len() } else { 0 };
         let n_sizes = if cause.is_exchange() { 0 } else { sizes.len() };
         let is_here = is_here.iter().map(|here| f64::from(u8::from(*here))).collect();
-        let length = sizes.iter().map(|angle| angle * angle).sum::<f64>().sqrt();
-        Some(Refit {
-            trial,
-            n_parameters: n_zeros + n_sizes,
-            values: vec![match place {
-                _ if is_turn => length,
-                place if self.is_before(*place) => 1.0 / factor,
-                _ => factor,
-            }],
-            error: error(&units, shape),
-            frees_zeros,
-            chances: self.chances(values, weights, is_here),
-        })
+        let value = if *cause == Cause::Rotation {
+            sizes.iter().map(|angle| angle * angle).sum::<f64>().sqrt()
+        } else {
+            factor.powi(if self.is_before(trial.place) { -1 } else { 1 })
+        };
+        let (error, chances) = (error(&units, shape), self.chances(values, weights, is_here));
+        Some(Refit { trial, n_parameters: n_zeros + n_sizes, value, error, chances })
     }
 
     /// Returns the held-out error over all axes, as a share of full scale.

@@ -111,7 +111,7 @@ fn are_sorted_by_load(training: &[&Recording]) -> bool {
 
 impl Contradiction {
     fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
-        let value = self.values.first().copied().unwrap_or(1.0);
+        let value = self.value;
         let axes = |own: &[usize]| -> String {
             let symbols: Vec<&str> = own.iter().map(|axis| rig.axes()[*axis].symbol()).collect();
             symbols.join(", ")
@@ -174,7 +174,7 @@ impl Contradiction {
     /// Returns the text that explains a factor by confused units, or an empty text if the factor reverses the sign. `None` if
     /// the factor fits neither.
     fn unit(&self) -> Option<&'static str> {
-        let factor = *self.values.first()?;
+        let factor = self.value;
         let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
         let near = |own: f64| (factor.abs() / own - 1.0).abs() < NEAR;
         let unit = UNITS.iter().find(|(own, _)| near(*own) || near(1.0 / own)).map(|own| own.1);
