@@ -104,8 +104,6 @@ pub struct Contradiction {
 /// Possible fault in a set of runs, and its correction.
 struct Trial {
     place: Where,
-    /// True for each unit to which the correction is applied.
-    is_here: Vec<bool>,
     cause: Cause,
     zeros: Zeros,
     /// Size of each parameter of the correction; empty for changed zeros.
@@ -156,7 +154,6 @@ impl Rig {
             places.par_iter().flat_map_iter(|place| self.trials(*place)).collect();
         trials.push(Trial {
             place: Where::All,
-            is_here: vec![true; self.units.len()],
             cause: Cause::Drift,
             zeros: Zeros::Free,
             sizes: Vec::new(),
@@ -206,20 +203,19 @@ impl Rig {
         matches!(place, Where::From(first) if first < self.n_runs() - first)
     }
 
-    fn side(&self, units: &[Unit], is_here: &[bool], side: bool) -> Mat<f64> {
-        let chosen = units.iter().zip(is_here).filter(|(_, here)| **here == side);
-        fits::sum(chosen.map(|(unit, _)| unit), &self.shape)
+    /// Returns true if the correction of a fault is applied to a run.
+    fn is_here(&self, place: Where, run: usize) -> bool {
+        match place {
+            Where::From(first) => (run < first) == self.is_before(place),
+            Where::One(one) => run == one,
+            Where::All => true,
+        }
     }
 
     fn trials(&self, place: Where) -> Vec<Trial> {
         let shape = &self.shape;
-        let is_in = |unit: &Unit| match place {
-            Where::From(first) => (unit.run < first) == self.is_before(place),
-            Where::One(run) => unit.run == run,
-            Where::All => true,
-        };
-        let is_here: Vec<bool> = self.units.iter().map(is_in).collect();
-        let [here, others] = [true, false].map(|side| self.side(&self.units, &is_here, side));
+        let [here, others] =
+            [true, false].map(|side| self.total(|run| self.is_here(place, run) == side));
         // With fewer samples than coefficients, any correction would fit, so none is tried.
         if here[(0, 0)] < (shape.n_gauges + 2) as f64 {
             return Vec::new();
@@ -231,10 +227,7 @@ impl Rig {
         let n = here[(0, 0)] * others[(0, 0)] / (here[(0, 0)] + others[(0, 0)]);
         let zeros = fit.means(&here).into_iter().zip(&variances);
         let tare = zeros.map(|(zero, variance)| n * zero * zero / variance).sum();
-        let trial = |cause, zeros, sizes, gain| {
-            let is_here = is_here.clone();
-            Trial { place, is_here, cause, zeros, sizes, gain }
-        };
+        let trial = |cause, zeros, sizes, gain| Trial { place, cause, zeros, sizes, gain };
         let mut all = vec![trial(Cause::Tare, Zeros::Free, Vec::new(), tare)];
         for cause in self.causes() {
             for zeros in self.zeros_of(&cause) {
@@ -311,26 +304,15 @@ impl Rig {
                 let zeros = scaled_zeros.map(|gauge| (shape.gauge(gauge), 0, zero(gauge)));
                 zeros.chain((0..shape.axes.len()).map(scaled)).collect()
             }
-            Cause::SwappedGauges(a, b) => [(*a, *b), (*b, *a)]
-                .into_iter()
-                .flat_map(|(to, from)| {
-                    let [(mean, scale), (other_mean, other_scale)] =
-                        [to, from].map(|at| self.scales[at]);
-                    let [to, from] = [to, from].map(|at| shape.gauge(at));
-                    let shift = (other_mean - mean) / scale;
-                    [(to, to, 1.0), (to, from, -other_scale / scale), (to, 0, -shift)]
-                })
-                .collect(),
+            Cause::SwappedGauges(a, b) => {
+                let exchanged = exchange([*a, *b], shape.gauge(0), |at| self.scales[at]);
+                exchanged.into_iter().map(|(to, from, factor)| (to, from, -factor)).collect()
+            }
             Cause::Axes(axes) => axes.iter().copied().map(scaled).collect(),
             // Loads are shares of full scale, but the columns of the file are in N or N·m.
-            Cause::SwappedAxes(a, b) => [(*a, *b), (*b, *a)]
-                .into_iter()
-                .flat_map(|(to, from)| {
-                    let ratio = shape.full_scale[from] / shape.full_scale[to];
-                    let [to, from] = [to, from].map(|at| shape.load(at));
-                    [(to, to, -1.0), (to, from, ratio)]
-                })
-                .collect(),
+            Cause::SwappedAxes(a, b) => {
+                exchange([*a, *b], shape.load(0), |at| (0.0, shape.full_scale[at]))
+            }
             Cause::Rotation => {
                 return turns(&shape.axes).into_iter().map(|about| turned(shape, about)).collect();
             }
@@ -383,15 +365,15 @@ impl Rig {
     /// replaced by a column that is 1 in the runs to be corrected and 0 in the others.
     fn refit_zeros<'a>(&self, trial: &'a Trial) -> Refit<'a> {
         let (shape, n_axes) = (&self.shape, self.shape.axes.len());
-        let in_step = |(unit, here): (&Unit, &bool)| {
+        let in_step = |unit: &Unit| {
             let mut change = shape.unchanged();
             if trial.cause == Cause::Tare {
                 change[(1, 1)] = 0.0;
-                change[(1, 0)] = f64::from(u8::from(*here));
+                change[(1, 0)] = f64::from(u8::from(self.is_here(trial.place, unit.run)));
             }
             unit.changed(&change)
         };
-        let units: Vec<Unit> = self.units.iter().zip(&trial.is_here).map(in_step).collect();
+        let units: Vec<Unit> = self.units.iter().map(in_step).collect();
         let x: Vec<f64> = units.iter().map(|unit| unit.sums[(0, 1)] / unit.sums[(0, 0)]).collect();
         let fit = Fit::with_drift(&fits::sum(units.iter(), shape), shape);
         let drift = fit.map.col(1 + n_axes);
@@ -415,8 +397,9 @@ impl Rig {
     }
 
     fn refit_gains<'a>(&self, trial: &'a Trial) -> Option<Refit<'a>> {
-        let (shape, Trial { is_here, cause, zeros, sizes, .. }) = (&self.shape, trial);
-        let [here, others] = [true, false].map(|side| self.side(&self.units, is_here, side));
+        let (shape, Trial { place, cause, zeros, sizes, .. }) = (&self.shape, trial);
+        let is_here = |run: usize| self.is_here(*place, run);
+        let [here, others] = [true, false].map(|side| self.total(|run| is_here(run) == side));
         let fit = Fit::forward(&others, shape);
         let mut change = self.change(cause, &self.directions(cause, *zeros, &fit), sizes);
         let frees_zeros = *zeros == Zeros::Free && !cause.is_exchange();
@@ -437,10 +420,10 @@ impl Rig {
         {
             return None;
         }
-        let corrected = self.units.iter().zip(is_here);
-        let corrected =
-            corrected.map(|(unit, here)| if *here { unit.changed(&change) } else { unit.clone() });
-        let units: Vec<Unit> = corrected.collect();
+        let corrected = |unit: &Unit| {
+            if is_here(unit.run) { unit.changed(&change) } else { unit.clone() }
+        };
+        let units: Vec<Unit> = self.units.iter().map(corrected).collect();
         let fit = Fit::forward(&fits::sum(units.iter(), shape), shape);
         let variances = fit.variances(&fits::sum(units.iter(), shape));
         // For an exchange of columns, its share is estimated from the uncorrected data of each unit.
@@ -448,29 +431,33 @@ impl Rig {
         let ways = self.ways(&self.directions(cause, *zeros, &fit), &fit);
         let means = [false, true].map(|side| match zeros {
             Zeros::Scaled => vec![0.0; shape.width()],
-            _ => column_means(&self.side(shown, is_here, side)),
+            _ => {
+                let chosen = shown.iter().filter(|unit| is_here(unit.run) == side);
+                column_means(&fits::sum(chosen, shape))
+            }
         });
         // Returns the parameters of the fault as estimated from one unit, and the weight of this estimate.
-        let of_unit = |(unit, here): (&Unit, &bool)| {
-            let moments = Moments::about(&unit.sums, &means[usize::from(*here)], &fit, shape);
+        let of_unit = |unit: &Unit| {
+            let here = is_here(unit.run);
+            let moments = Moments::about(&unit.sums, &means[usize::from(here)], &fit, shape);
             let Some((mut step, _, weight)) = moments.step(&ways, &variances) else {
                 return (vec![0.0; ways.len()], 0.0);
             };
-            if *here && !cause.is_exchange() {
+            if here && !cause.is_exchange() {
                 step.iter_mut().zip(sizes).for_each(|(value, size)| *value += size);
             }
             (step, weight)
         };
-        let (values, weights) = shown.iter().zip(is_here).map(of_unit).unzip();
+        let (values, weights) = shown.iter().map(of_unit).unzip();
         let n_zeros = if frees_zeros { shape.axes.len() } else { 0 };
         let n_sizes = if cause.is_exchange() { 0 } else { sizes.len() };
-        let is_here = is_here.iter().map(|here| f64::from(u8::from(*here))).collect();
+        let x = self.units.iter().map(|unit| f64::from(u8::from(is_here(unit.run)))).collect();
         let value = if *cause == Cause::Rotation {
             sizes.iter().map(|angle| angle * angle).sum::<f64>().sqrt()
         } else {
-            factor.powi(if self.is_before(trial.place) { -1 } else { 1 })
+            factor.powi(if self.is_before(*place) { -1 } else { 1 })
         };
-        let (error, chances) = (error(&units, shape), self.chances(values, weights, is_here));
+        let (error, chances) = (error(&units, shape), self.chances(values, weights, x));
         Some(Refit { trial, n_parameters: n_zeros + n_sizes, value, error, chances })
     }
 
@@ -521,6 +508,17 @@ fn error(units: &[Unit], shape: &Shape) -> f64 {
 /// Returns true if the correction of a fault reduces the held-out error by enough for a finding.
 pub fn matters(with: f64, without: f64) -> bool {
     without < MATTERS * with && with - without > FALLS
+}
+
+/// Returns the change of two columns that are exchanged. The columns are values minus a mean, divided by a scale.
+fn exchange([a, b]: [usize; 2], first: usize, scaled: impl Fn(usize) -> (f64, f64)) -> Direction {
+    let pairs = [(a, b), (b, a)].into_iter();
+    let changes = pairs.flat_map(|(to, from)| {
+        let [(mean, scale), (other_mean, other_scale)] = [to, from].map(&scaled);
+        let [to, from] = [to, from].map(|at| first + at);
+        [(to, to, -1.0), (to, from, other_scale / scale), (to, 0, (other_mean - mean) / scale)]
+    });
+    changes.collect()
 }
 
 /// Returns the directions (0 for x, 1 for y, 2 for z) about which a turn of the frame mixes measured axes.

@@ -24,6 +24,7 @@ use crate::{
             steps::{Row, Steps, step_at},
         },
     },
+    shown::joined,
 };
 
 /// Width of a cell of the load (full scale), and the distance from its centre, in widths, at which a load leaves it.
@@ -166,41 +167,42 @@ impl Rig {
 
     fn changed(&self, of: &Recording, changes: &[Change]) -> Finding {
         let duration = of.duration_secs();
-        let amount = |own: &Change| {
+        let change = |own: &Change| own.amount * self.shape.full_scale[own.axis];
+        let text = |own: &Change| {
             let axis = self.shape.axes[own.axis];
-            let change = own.amount * self.shape.full_scale[own.axis];
-            let text = format!(
+            format!(
                 "the zero of {} {} by {} {} ({} of full scale)",
                 axis.symbol(),
-                if change > 0.0 { "rises" } else { "falls" },
-                significant(change.abs(), 3),
+                if own.amount > 0.0 { "rises" } else { "falls" },
+                significant(change(own).abs(), 3),
                 axis.unit(),
                 percent(own.amount.abs())
-            );
-            let facts = json!({
+            )
+        };
+        let fact = |own: &Change| {
+            json!({
                 "recording": of.name(),
-                "axis": axis.symbol(),
-                "unit": axis.unit(),
-                "change": change,
+                "axis": self.shape.axes[own.axis].symbol(),
+                "unit": self.shape.axes[own.axis].unit(),
+                "change": change(own),
                 "percent_of_full_scale": 100.0 * own.amount,
                 "at_secs": own.jumped_at,
                 "during_secs": own.jumped_at.is_none().then_some(duration),
-            });
-            (text, facts)
+            })
         };
-        let (texts, facts): (Vec<String>, _) = changes.iter().map(amount).unzip();
         let (id, place) = match changes[0].jumped_at {
             Some(secs) => (Id::ZeroJumped, format!("at once at {} s", significant(secs, 4))),
-            None if duration < 120.0 => {
-                (Id::DriftWithin, format!("steadily in {} s", significant(duration, 2)))
-            }
             None => {
-                (Id::DriftWithin, format!("steadily in {} min", significant(duration / 60.0, 2)))
+                let (time, unit) =
+                    if duration < 120.0 { (duration, "s") } else { (duration / 60.0, "min") };
+                (Id::DriftWithin, format!("steadily in {} {unit}", significant(time, 2)))
             }
         };
         let [with, without] = changes[0].errors;
-        let seen = format!("in {}, {place}, {}", of.name(), texts.join(", and "));
-        Finding::new(id, Verdict::Doubtful, seen).costing(with - without).facts(facts)
+        let texts = joined(", and ", changes.iter().map(text));
+        let found =
+            Finding::new(id, Verdict::Doubtful, format!("in {}, {place}, {texts}", of.name()));
+        found.costing(with - without).facts(changes.iter().map(fact).collect())
     }
 }
 
