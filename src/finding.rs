@@ -330,6 +330,7 @@ pub enum Id {
     ReferenceScale,
     FrameTurned,
     ColumnsSwapped,
+    ReferenceClipped,
     Lag,
     SameSamples,
     OneSided,
@@ -524,6 +525,11 @@ impl Id {
             Self::ColumnsSwapped => {
                 ("rig", "correct the roles of the columns in this recording", &[Columns])
             }
+            Self::ReferenceClipped => (
+                "rig",
+                "the fit underestimates loads beyond the limit of the reference; use a reference with a larger range, or exclude these samples",
+                &[],
+            ),
             Self::Lag => (
                 "lag",
                 "thresholds and play radii would describe the lag as hysteresis; set the clock offset in the import if the time stamps are late, or add a fixed lag if the sensor is slow",

@@ -6,6 +6,7 @@
 
 mod cause;
 mod chance;
+mod clipped;
 mod columns;
 mod fits;
 mod mountings;

@@ -7,7 +7,7 @@ use crate::recording::Channel;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, strum::Display)]
 #[strum(serialize_all = "lowercase")]
 pub enum FaultKind {
-    /// The channel stays at the limit of the logger, or of the reference, while the load changes further.
+    /// The channel stays at the limit of the logger while the load changes further.
     Saturated,
     /// The channel repeats one value, or shows only noise, while the load moves.
     Stuck,

@@ -50,9 +50,6 @@ const BACK_AGAIN: f64 = 0.25;
 const SPIKE_SAMPLES: usize = 3;
 /// Maximum length of a dropout (samples) with jumps at both ends. A longer one counts as stuck.
 const DROPOUT_SAMPLES: usize = 50;
-/// Minimum median excess of the expected value where a load is at its extreme, for a clipped reference, in standard deviations of
-/// the fit. An error that is a cubic of the load is √7 = 2.65 times its RMS at the end of the range. Hysteresis gives up to 0.9.
-const BEYOND: f64 = 2.65;
 /// Minimum ratio of the number of samples exactly at the extreme of a saturated channel to the number at each of the values
 /// next to it.
 const PILES_UP: usize = 3;
@@ -191,15 +188,16 @@ impl Expected {
             samples.iter().map(|k| channel.at(recording, *k)).collect()
         };
         let (value, others) = (values(&own.channel), by.iter().map(values).collect::<Vec<_>>());
-        // Saturated or stuck samples would distort the fit. Intervals without change are included for a load, because a load that
-        // is set in steps stands still most of the time.
-        let is_load = matches!(own.channel, Channel::Load(_));
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
-            !is_load && own.flat.get(at).is_some_and(|run| run.start <= k)
+            own.flat.get(at).is_some_and(|run| run.start <= k)
         };
-        let is_inside =
-            |row: &usize| !own.piles_up.contains(&value[*row]) && !is_flat(samples[*row]);
+        // Saturated or stuck samples would distort the fit. For a load they are included, because a load that is set in steps
+        // stands still most of the time.
+        let is_load = matches!(own.channel, Channel::Load(_));
+        let is_inside = |row: &usize| {
+            is_load || !(own.piles_up.contains(&value[*row]) || is_flat(samples[*row]))
+        };
         let n = by.len();
         let fewest = 2 * (n + 1);
         let mut rows: Vec<usize> = (0..samples.len()).filter(is_inside).collect();
@@ -306,19 +304,17 @@ impl Watched<'_> {
         })
     }
 
-    /// Finds the saturated samples of a gauge or of the reference. Returns the lower and upper limit of a gauge's logger, as far as
-    /// they are known.
+    /// Finds the saturated samples of a gauge. Returns the lower and upper limit of the logger, as far as they are known.
     pub fn clipped(
         &self,
         entered: Option<&GaugeRange>,
         found: &mut Vec<Fault>,
     ) -> (Option<f64>, Option<f64>) {
-        let (entered, tared_by) = match self.own.channel {
-            Channel::Gauge(gauge) => {
-                (entered.and_then(|range| range.of(gauge)), self.recording.tared_by(gauge))
-            }
-            _ => (None, 0.0),
+        let Channel::Gauge(gauge) = self.own.channel else {
+            return (None, None);
         };
+        let entered = entered.and_then(|range| range.of(gauge));
+        let tared_by = self.recording.tared_by(gauge);
         let limit = |extreme: f64| self.is_clipped(extreme).then_some(extreme);
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
@@ -338,23 +334,22 @@ impl Watched<'_> {
         }
     }
 
-    /// Returns true if the range of the logger or of the reference ends at this extreme: the channel repeats the extreme
-    /// exactly, and its expected values move and lie mostly beyond it.
+    /// Returns true if the logger's range ends at this extreme: the channel repeats the extreme exactly, and its expected
+    /// values move and lie mostly beyond it.
     fn is_clipped(&self, extreme: f64) -> bool {
         let Own { resolution, span, noise, .. } = self.own;
         let piles_up = self.own.piles_up.contains(&extreme);
         let Some(expected) = self.expected.filter(|_| piles_up) else {
             return false;
         };
-        let is_load = matches!(self.own.channel, Channel::Load(_));
         let at: Vec<usize> = (0..self.n()).filter(|k| self.value(*k) == extreme).collect();
         let inward = if extreme == self.own.high { -1.0 } else { 1.0 };
         let farther = at.iter().map(|k| inward * (extreme - expected.at(self.recording, *k)));
-        let least = resolution.max(if is_load { BEYOND } else { 1.0 } * expected.sigma);
+        let least = resolution.max(expected.sigma);
         let is_farther = median(farther).is_some_and(|farther| farther > least);
         let spread = expected.spread(self.recording, at.iter().copied());
         let moves = (3.0 * resolution).max((3.0 * expected.sigma).min(0.03 * span));
-        let repeats_in_noise = !is_load && at.len() >= REPEATS && *noise > 3.0 * resolution;
+        let repeats_in_noise = at.len() >= REPEATS && *noise > 3.0 * resolution;
         is_farther && (spread > moves || repeats_in_noise)
     }
 

@@ -97,7 +97,7 @@ pub struct Fit {
 }
 
 impl Fit {
-    fn of(sums: &Mat<f64>, inputs: &[usize], outputs: Range<usize>) -> Self {
+    pub fn of(sums: &Mat<f64>, inputs: &[usize], outputs: Range<usize>) -> Self {
         let length = |at: usize| sums[(at, at)].max(f64::MIN_POSITIVE).sqrt();
         let lengths: Vec<f64> = inputs.iter().map(|at| length(*at)).collect();
         let n = inputs.len();

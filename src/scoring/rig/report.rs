@@ -93,6 +93,7 @@ impl RigReport {
             findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
         }
         findings.extend(changes);
+        findings.extend(rig.clipped_reference(training));
         progress.check()?;
         Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
     }
