@@ -19,6 +19,9 @@ use crate::{
 /// to the error, its true correction leaves 1 / 1.25 = 0.8 of the error. An estimated correction leaves up to a twentieth
 /// more.
 const MATTERS: f64 = 0.84;
+/// Minimum change of the load by a reported tare (changed zeros), as a share of the change that would reduce the error by
+/// [`MATTERS`]. The share is below one, because noise can make an estimated change smaller than the true one.
+const SHIFT: f64 = 0.8;
 /// Minimum reduction of the held-out error by the correction of a reported fault, as a share of full scale. It is one step of
 /// a reference with 16 bits.
 const FALLS: f64 = 1.5e-5;
@@ -92,8 +95,8 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs that have the fault.
     pub place: Where,
-    /// Size of the fault: factor of the sensitivity or of the reference's scale, or angle of the turned frame (rad); 1 for other
-    /// faults.
+    /// Size of the fault: factor of the sensitivity or of the reference's scale, angle of the turned frame (rad), RMS change of
+    /// the load by changed zeros as a share of full scale; 1 for an exchange.
     pub value: f64,
     /// Held-out error of the uncorrected data, as a share of full scale.
     pub with: f64,
@@ -170,15 +173,17 @@ impl Rig {
         // A changed sensitivity with new zeros must explain more than new zeros alone, which are a tare. A factor of nearly
         // one must, too, because it mostly shifts large zeros.
         let exceeds_tare = |refit: &Refit<'_>| {
-            let Trial { place, cause, zeros, .. } = refit.trial;
+            let Trial { place, cause, zeros, sizes, .. } = refit.trial;
             let is_gain = matches!(cause, Cause::Gauge(_) | Cause::AllGauges);
             let is_small = is_gain && (refit.value.abs() - 1.0).abs() < SMALLEST_GAIN;
-            let frees_zeros = *zeros == Zeros::Free && !cause.is_exchange();
+            let frees_zeros = *zeros == Zeros::Free && !sizes.is_empty() && !cause.is_exchange();
             let is_tare = |tried: &&Trial| tried.place == *place && tried.cause == Cause::Tare;
             let tare = trials.iter().find(is_tare).filter(|_| frees_zeros || is_small);
             tare.is_none_or(|tare| matters(self.refit_zeros(tare).error, refit.error))
         };
-        let explains = |refit: &&Refit<'_>| matters(with, refit.error) && exceeds_tare(refit);
+        let explains = |refit: &&Refit<'_>| {
+            matters(with, refit.error) && self.is_shift(refit) && exceeds_tare(refit)
+        };
         let explaining: Vec<&Refit<'_>> = refits.iter().filter(explains).collect();
         let is_significant = |refit: &&&Refit<'_>| {
             let n_places = if refit.trial.place == Where::All { 1 } else { places.len() };
@@ -195,6 +200,19 @@ impl Rig {
         let best = possible.min_by(|a, b| score(a).total_cmp(&score(b)))?;
         let (cause, place) = (best.trial.cause.clone(), best.trial.place);
         Some(Contradiction { cause, place, value: best.value, with, without: best.error })
+    }
+
+    /// Returns false if the fault is a tare whose change of the load is too small to be reported. If `m` of `n` held-out
+    /// parts are tared, the squared error grows by `m (n − m) / (n − 1)²` times the squared change of the load.
+    fn is_shift(&self, refit: &Refit<'_>) -> bool {
+        let Trial { place, cause, .. } = refit.trial;
+        let by_unit = self.n_runs() < fits::FEWEST_RUNS;
+        let n = if by_unit { self.units.len() } else { self.n_runs() } as f64;
+        let here = self.units.iter().filter(|unit| self.is_here(*place, unit.run)).count();
+        let m = n * here as f64 / self.units.len() as f64;
+        let added = m * (n - m) / (n - 1.0).powi(2);
+        let smallest = ((MATTERS.powi(-2) - 1.0) / added).sqrt() * SHIFT * refit.error;
+        *cause != Cause::Tare || refit.value > smallest
     }
 
     /// Returns true if the side of a change that is corrected comes before its place. It is the side with fewer runs, because
@@ -381,19 +399,24 @@ impl Rig {
         (0..shape.n_gauges).for_each(|gauge| change[(shape.gauge(gauge), 1)] = -drift[gauge]);
         let corrected: Vec<Unit> = units.iter().map(|unit| unit.changed(&change)).collect();
         let back = Fit::backward(&fits::sum(corrected.iter(), shape), shape);
-        // Loads, as shares of full scale, that a calibration computes from the zeros of the gauges in a unit.
-        let loads = |(unit, x): (&Unit, &f64)| {
-            let zeros = fit.means(&unit.sums).into_iter().zip(drift.iter());
-            let zeros: Vec<f64> = zeros.map(|(mean, drift)| mean + drift * x).collect();
-            let of_axis =
-                |axis: usize| (1..).zip(&zeros).map(|(at, zero)| back.map[(axis, at)] * zero).sum();
+        // Loads, as shares of full scale, that a calibration computes from zeros of the gauges.
+        let loads = |zeros: &[f64]| -> Vec<f64> {
+            let of_axis = |axis: usize| {
+                (1..).zip(zeros).map(|(at, zero)| back.map[(axis, at)] * zero).sum::<f64>()
+            };
             (0..n_axes).map(of_axis).collect()
         };
-        let zeros = units.iter().zip(&x).map(loads).collect();
+        let of_unit = |(unit, x): (&Unit, &f64)| {
+            let zeros = fit.means(&unit.sums).into_iter().zip(drift.iter());
+            loads(&zeros.map(|(mean, drift)| mean + drift * x).collect::<Vec<f64>>())
+        };
+        let zeros = units.iter().zip(&x).map(of_unit).collect();
+        let shift = loads(&drift.iter().copied().collect::<Vec<f64>>());
+        let square = shift.iter().map(|load| load * load).sum::<f64>() / n_axes as f64;
         let weights = self.units.iter().map(|unit| unit.sums[(0, 0)]).collect();
         let chances = self.chances(zeros, weights, x);
         let error = error(&corrected, shape);
-        Refit { trial, n_parameters: n_axes, value: 1.0, error, chances }
+        Refit { trial, n_parameters: n_axes, value: square.sqrt(), error, chances }
     }
 
     fn refit_gains<'a>(&self, trial: &'a Trial) -> Option<Refit<'a>> {
