@@ -34,7 +34,7 @@ const BY_CHANCE_OF_RUNS: f64 = 0.1;
 /// Minimum number of runs (recordings) for an estimate of chance from the scatter of whole runs.
 const ENOUGH_RUNS: usize = 4;
 /// Number of corrections that are cross-validated. They are those that reduce the residuals most.
-const REFITTED: usize = 60;
+const REFITTED: usize = 120;
 /// Penalty for each parameter when corrections are compared by the logarithm of their error. The Bayesian information
 /// criterion gives `ln n / (2 n)` for n independent errors. This fixed value belongs to n = 60, such as 15 units (parts of
 /// recordings) with four axes each.
