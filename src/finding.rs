@@ -359,17 +359,18 @@ impl Id {
     /// Returns the category of this kind of finding for JSON, its text of effect and remedy, and the ways to apply the
     /// remedy.
     fn words(self) -> (&'static str, &'static str, &'static [Way]) {
+        use Way::{Auxiliary, Columns, Faulty, Features, Groups, Regressor, Ridge, Roles, Tare};
         match self {
             Self::RowsSkipped | Self::PartsIgnored | Self::Stamps | Self::Values => {
                 ("file", "", &[])
             }
-            Self::Assumed => ("file", "", &[Way::Columns]),
+            Self::Assumed => ("file", "", &[Columns]),
             Self::WithoutReference => {
                 ("figures", "errors and hysteresis are measured without these recordings", &[])
             }
             Self::NoFullScale => (
                 "figures",
-                "errors and hysteresis of this axis cannot be given in percent of full scale; enter the rated load of the axis",
+                "enter the rated load of the axis; without it, figures in percent of full scale are unknown",
                 &[],
             ),
             Self::BeyondFullScale => (
@@ -379,169 +380,151 @@ impl Id {
             ),
             Self::SmallCycle => (
                 "figures",
-                "the hysteresis figures describe only this small cycle; record one run in which the load on the axis goes from its smallest to its largest load and back",
+                "the hysteresis figures describe only this small cycle; record one run over the whole range of the axis and back",
                 &[],
             ),
             Self::LagInLoop => (
                 "figures",
-                "the part of the hysteresis loop's width that comes from this time lag is no hysteresis; if the clock of one file is late, set the clock offset in the import; if the sensor is slow, use a fixed lag, a look-back or a faster amplifier",
+                "this part of the loop's width is no hysteresis; correct a late clock in the import, or use a fixed lag or a faster amplifier for a slow sensor",
                 &[],
             ),
             Self::NoTest => (
                 "test",
-                "only cross-validation estimates the error on other recordings; use one recording as a test, \
-                 or split the recordings in time",
-                &[Way::Roles],
+                "only cross-validation estimates the error on other recordings; use one recording, or the end of one, as a test",
+                &[Roles],
             ),
             Self::NoTimes => (
                 "times",
-                "look-backs and other features with memory need loads that change in time and are not used, and cross-validation leaves out all rows of one load case together",
+                "features with memory need loads that change in time and are not used, and cross-validation leaves out all rows of one load case together",
                 &[],
             ),
             Self::Undetermined => (
                 "samples",
-                "the fit can match each sample exactly, so the training error says nothing about other loads; record more loads, or use fewer gauges and features",
-                &[Way::Features],
+                "the fit can match each sample exactly, so its error says nothing; record more loads, or use fewer gauges and features",
+                &[Features],
             ),
             Self::NoCrossValidation => ("cross_validation", "", &[]),
             Self::FewRecordings => (
                 "groups",
-                "cross-validation leaves out contiguous blocks of a recording; other blocks of the recording resemble them, so the error on another recording can be far larger; record more recordings",
+                "cross-validation leaves out parts of a recording, which resemble its other parts, so its error may be far too small; record more recordings",
                 &[],
             ),
-            Self::FewGroups => (
+            Self::FewGroups | Self::UnusedLoneGroup => (
                 "groups",
-                "cross-validation leaves out single recordings instead of groups; repeats of a left-out recording stay in the fit, so the cross-validation error is too small; record more groups, or set the groups",
-                &[Way::Groups],
-            ),
-            Self::UnusedLoneGroup => (
-                "groups",
-                "cross-validation leaves out single recordings instead of groups; repeats of a left-out recording stay in the fit, so the cross-validation error is too small; load this axis in other groups too, or set the groups",
-                &[Way::Groups],
+                "repeats of a left-out recording stay in the fit, so the cross-validation error is too small; record more groups, load each axis in several groups, or set the groups",
+                &[Groups],
             ),
             Self::LoneGroup => (
                 "groups",
-                "when cross-validation leaves out this group, the fit has no load on the axis; load this axis in other groups too, or change the groups",
-                &[Way::Groups],
+                "without this group, the fits of cross-validation have no load on the axis; load this axis in other groups too, or change the groups",
+                &[Groups],
             ),
             Self::Still => (
                 "still",
-                "the errors of this axis are those at nearly constant load and do not apply to other loads on the axis; record loads on the axis, or remove its column",
-                &[Way::Columns],
+                "the errors of this axis do not apply to other loads; record loads on the axis, or remove its column",
+                &[Columns],
             ),
             Self::OutsideTrained => (
                 "outside",
-                "the calibration extrapolates to test loads outside the training range, so the test error is larger; use these loads for training too, or test smaller loads",
+                "the calibration extrapolates, so the test error is larger; use these loads for training too, or test smaller loads",
                 &[],
             ),
             Self::FewLoads => (
                 "load_cases",
-                "different calibrations that agree on these few loads can differ on other loads; record more loads, use fewer features, or use a ridge",
-                &[Way::Features, Way::Ridge],
+                "calibrations that agree on these few loads can differ on others; record more loads, use fewer features, or use a ridge",
+                &[Features, Ridge],
             ),
             Self::Rank => (
                 "undetermined",
-                "some gauges or features repeat each other, or the earlier sample of the look-back never differs from the present one; remove these \
-                 gauges or features",
-                &[Way::Features],
+                "some gauges or features repeat each other, or the look-back finds no different sample; remove these gauges or features",
+                &[Features],
             ),
             Self::WeakestKernelRidge => (
                 "regressor",
-                "cross-validation chose the weakest ridge that was tried, so the kernel may follow noise, and errors on other recordings may be larger; check the errors on test recordings, or use fewer features",
-                &[Way::Features],
+                "the kernel may follow noise; check the errors on test recordings, or use fewer features",
+                &[Features],
             ),
             Self::StrongestKernelRidge => (
                 "regressor",
-                "the kernel hardly reduces the cross-validation error; use another regressor",
-                &[Way::Regressor],
+                "the kernel hardly reduces the error; use another regressor",
+                &[Regressor],
             ),
             Self::UnknownState => (
                 "cold_start",
-                "until the gauge has moved by twice the radius, the play operator adds nothing; choose a smaller radius, or \
-                 record loads that move farther",
-                &[Way::Features],
+                "until the gauge has moved by twice the radius, the play operator adds nothing; use a smaller radius, or record larger movements",
+                &[Features],
             ),
             Self::ColdStart => (
                 "cold_start",
-                "features with memory need earlier samples, which are missing after a start; ignore the first loads after a start, or use features with a shorter memory",
-                &[Way::Features],
+                "earlier samples are missing after a start; ignore the first loads after it, or use features with a shorter memory",
+                &[Features],
             ),
             Self::LinearAlone => (
                 "regressor",
-                "the network or kernel does not reduce the cross-validation error significantly, so only the linear part is used; use a linear calibration, or record more",
-                &[Way::Regressor],
+                "the network or kernel does not reduce the error there; use a linear calibration, or record more",
+                &[Regressor],
             ),
             Self::UnusedAuxiliary => ("undetermined", "", &[]),
             Self::NoAuxiliary => (
                 "undetermined",
-                "the fit uses no auxiliary channel; give the columns of auxiliary channels the role Auxiliary channel",
-                &[Way::Columns],
+                "the fit uses no auxiliary channel; give the columns of auxiliary channels this role",
+                &[Columns],
             ),
-            Self::AuxiliaryBeyond => (
-                "undetermined",
-                "outside the training range, the effect of the channel is extrapolated linearly",
-                &[],
-            ),
+            Self::AuxiliaryBeyond => {
+                ("undetermined", "the effect of the channel is extrapolated linearly", &[])
+            }
             Self::AuxiliaryLeft => (
                 "auxiliary",
-                "these auxiliary channels changed, but the model does not use them; add them if the sensor depends on them",
-                &[Way::Auxiliary],
+                "these channels changed; add them if the sensor depends on them",
+                &[Auxiliary],
             ),
             Self::NoGauge => (
                 "no_gauge",
-                "a gauge under changing loads does not behave like this; check the cable of the gauge, or give its column another role",
-                &[Way::Columns],
+                "check the cable of the gauge, or give its column another role",
+                &[Columns],
             ),
             Self::TareChanged => (
                 "rig",
-                "the fit uses the mean of the gauge values without load before and after the change; tare each recording, or exclude the recordings before or after the change",
-                &[Way::Tare, Way::Roles],
+                "tare each recording, or exclude the recordings before or after the change",
+                &[Tare, Roles],
             ),
-            Self::ZerosDrift => (
-                "rig",
-                "the fit uses the mean of the drifting gauge values without load; tare each recording, or let the sensor warm up",
-                &[Way::Tare],
-            ),
+            Self::ZerosDrift => ("rig", "tare each recording, or let the sensor warm up", &[Tare]),
             Self::DriftWithin => (
                 "rig",
-                "the fit uses the mean of the drifting zero, and the drift is an error of the loads; let the sensor warm up, record a temperature, or tare before each use",
-                &[Way::Auxiliary],
+                "the drift is an error of the loads; let the sensor warm up, record a temperature, or tare before each use",
+                &[Auxiliary],
             ),
             Self::ZeroJumped => (
                 "rig",
-                "the fit uses the mean of the zeros before and after the jump; check screws, connectors and cables, and split the recording at this time or exclude one part",
-                &[Way::Roles],
+                "check screws, connectors and cables, and split the recording at this time or exclude one part",
+                &[Roles],
             ),
             Self::Mountings => (
                 "rig",
-                "the fit uses one zero for all rows, and the difference becomes an error of the loads; subtract the unloaded gauge values of each mounting from its rows",
+                "the difference is an error of the loads; subtract the unloaded gauge values of each mounting from its rows",
                 &[],
             ),
             Self::GaugeChanged => (
                 "rig",
-                "check the gauge whose sensitivity changed, its cable and its amplifier, or exclude the recordings from training",
-                &[Way::Roles],
+                "check this gauge, its cable and its amplifier, or exclude the recordings from training",
+                &[Roles],
             ),
             Self::AllGaugesChanged => (
                 "rig",
                 "check the gain and the supply of the amplifier, and the unit of the reference columns",
-                &[Way::Columns, Way::Roles],
+                &[Columns, Roles],
             ),
-            Self::ReferenceScale => (
-                "rig",
-                "check the unit and the sign of the reference's columns",
-                &[Way::Columns, Way::Roles],
-            ),
+            Self::ReferenceScale => {
+                ("rig", "check the unit and the sign of the reference's columns", &[Columns, Roles])
+            }
             Self::FrameTurned => (
                 "rig",
                 "check the mounting of sensor and reference, or exclude the recording from training",
-                &[Way::Roles],
+                &[Roles],
             ),
-            Self::ColumnsSwapped => (
-                "rig",
-                "the fit assigns these columns to the wrong gauges or axes; correct the roles of the columns in this recording",
-                &[Way::Columns],
-            ),
+            Self::ColumnsSwapped => {
+                ("rig", "correct the roles of the columns in this recording", &[Columns])
+            }
             Self::ReferenceClipped => (
                 "rig",
                 "the fit underestimates loads beyond the limit of the reference; use a reference with a larger range, or exclude these samples",
@@ -549,17 +532,17 @@ impl Id {
             ),
             Self::Lag => (
                 "lag",
-                "thresholds and play radii that are fitted to a time lag describe the lag and no hysteresis. If the time stamps are late, set the clock offset in the import; if the sensor is slow, add a fixed lag to the features, also for the exported code; otherwise use a logger that samples sensor and reference at the same time",
-                &[Way::Columns],
+                "thresholds and play radii would describe the lag as hysteresis; set the clock offset in the import if the time stamps are late, or add a fixed lag if the sensor is slow",
+                &[Columns],
             ),
             Self::SameSamples => (
                 "repeated",
-                "each recording is predicted by a fit to its copy, so the errors are too small; keep only one of the copies",
-                &[Way::Roles],
+                "each is predicted by a fit to its copy, so the errors are too small; keep only one of the copies",
+                &[Roles],
             ),
             Self::OneSided => (
                 "reach",
-                "the errors of this axis do not apply to loads in the other direction; record loads in that direction, or enter the rated load of the axis",
+                "the errors do not apply to loads in the other direction; record such loads, or enter the rated load of the axis",
                 &[],
             ),
             Self::OneAxisAtATime => (
@@ -569,50 +552,47 @@ impl Id {
             ),
             Self::OneProgramme => (
                 "reach",
-                "the expected error does not apply to other sequences of loads, especially with features that have memory; record another sequence of loads",
+                "the expected error does not apply to other sequences of loads; record another one",
                 &[],
             ),
             Self::Faults => (
                 "faults",
                 "faulty samples distort the fit; exclude them, reduce the load, or use a smaller gain",
-                &[Way::Faulty],
+                &[Faulty],
             ),
             Self::Unusable => (
                 "files",
-                "this check leaves out the unusable file; correct or remove the file before you calibrate",
+                "this check leaves the file out; correct or remove it before you calibrate",
                 &[],
             ),
             Self::WorseOnTest => (
                 "error",
-                "the compensation of hysteresis increases the error on test recordings; use fewer features, a ridge, or more kinds of motion for training",
-                &[Way::Features, Way::Ridge],
+                "use fewer features, a ridge, or more kinds of motion for training",
+                &[Features, Ridge],
             ),
             Self::NoBetterThanMean => (
                 "error",
-                "the calibration is hardly more accurate, or even less accurate, than always reporting the mean load",
+                "the calibration is hardly more accurate than always reporting the mean load",
                 &[],
             ),
             Self::LargerLeftOut => ("error_ratio", "", &[]),
             Self::MovesTogether => (
                 "correlation",
-                "the effects of these axes on the gauges are hard to separate; load each axis without the others, \
-                 for example with a mass on another arm",
+                "the effects of these axes are hard to separate; load each axis without the others, for example with a mass on another arm",
                 &[],
             ),
             Self::NotReached => {
                 ("reach", "for larger loads the calibration extrapolates; record larger loads", &[])
             }
-            Self::LinearOnly => (
-                "regressor",
-                "a network or kernel has more parameters than a linear model, so only its cross-validation error can assess it",
-                &[],
-            ),
+            Self::LinearOnly => {
+                ("regressor", "only its cross-validation error can assess a network or kernel", &[])
+            }
             Self::Simulated => ("origin", "", &[]),
             Self::NoLookBack => ("thresholds", "", &[]),
             Self::TaredUnderLoad => (
                 "tare",
-                "the tare subtracts the effect of this load on the gauges; tare over a time without load",
-                &[Way::Tare],
+                "the tare subtracts the effect of this load; tare over a time without load",
+                &[Tare],
             ),
         }
     }

@@ -146,9 +146,7 @@ impl Report<'_> {
     /// of remedies.
     fn budget(&self, most_lines: usize, most_remedies: usize) -> Vec<String> {
         let mut lines = Vec::new();
-        if self.simulated {
-            lines.push("The built-in simulated sensor".to_owned());
-        }
+        lines.extend(self.simulated.then(|| "The built-in simulated sensor".to_owned()));
         let budget = match &self.found.budget {
             Ok(budget) => budget,
             Err(reason) => {
@@ -161,16 +159,14 @@ impl Report<'_> {
             lines.extend(table.text().lines().map(str::to_owned));
         }
         lines.extend(budget.sentences().iter().flat_map(|own| clipped(own, "", most_lines)));
-        for (remedy, option) in
-            self.found.remedies.iter().zip(&self.remedy_options).take(most_remedies)
-        {
-            lines.extend(clipped(&format!("> {}", remedy.text(option, budget)), "  ", most_lines));
-        }
+        let remedies = self.found.remedies.iter().zip(&self.remedy_options).take(most_remedies);
+        let remedies = remedies.map(|(own, option)| format!("> {}", own.text(option, budget)));
+        lines.extend(remedies.flat_map(|own| clipped(&own, "  ", most_lines)));
         lines
     }
 
-    fn findings(&self) -> Vec<String> {
-        self.found.sentences(Face::CommandLine).map(|own| format!("* {own}")).collect()
+    fn findings(&self) -> impl Iterator<Item = String> {
+        self.found.sentences(Face::CommandLine).map(|own| format!("* {own}"))
     }
 
     fn all(&self) -> Vec<String> {
@@ -192,48 +188,42 @@ impl Report<'_> {
         let mut last = clipped(&self.found.holds_for, "", 2);
         last.extend(clipped(&self.found.rank_in_words(), "", 1));
         last.push("--all prints all findings and tables, --json all numbers.".to_owned());
-        let findings = self.findings();
-        let mut shown = 0;
+        let findings: Vec<Vec<String>> =
+            self.findings().map(|own| clipped(&own, "  ", LINES_OF_FINDING)).collect();
+        let mut n_shown = 0;
         for finding in &findings {
-            let own = clipped(finding, "  ", LINES_OF_FINDING);
-            let is_last = shown + 1 == findings.len();
-            if lines.len() + own.len() + last.len() + usize::from(!is_last) > LINES {
+            let n_counted = usize::from(n_shown + 1 < findings.len());
+            if lines.len() + finding.len() + last.len() + n_counted > LINES {
+                let n = findings.len() - n_shown;
+                lines.push(format!("* {} more", counted(n, "finding")));
                 break;
             }
-            lines.extend(own);
-            shown += 1;
-        }
-        if shown < findings.len() {
-            lines.push(format!("* {} more", counted(findings.len() - shown, "finding")));
+            lines.extend_from_slice(finding);
+            n_shown += 1;
         }
         lines.extend(last);
         lines
     }
 }
 
-/// Returns the text in lines of at most [`WIDTH`] characters. All lines but the first begin with `indent`.
-fn wrapped(text: &str, indent: &str) -> Vec<String> {
+/// Returns the first lines of a text, each with at most [`WIDTH`] characters. All lines but the first begin with `indent`. An
+/// ellipsis stands for the rest.
+fn clipped(text: &str, indent: &str, most: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
+        let is_last = lines.len() >= most;
         let line = lines.last_mut().expect("there is a line");
-        if line.chars().count() + 1 + word.chars().count() > WIDTH && !line.trim().is_empty() {
-            lines.push(format!("{indent}{word}"));
-        } else {
+        let length = line.chars().count() + 1 + word.chars().count();
+        if length <= WIDTH || line.trim().is_empty() {
             line.extend((!line.is_empty()).then_some(' '));
             line.push_str(word);
+        } else if !is_last {
+            lines.push(format!("{indent}{word}"));
+        } else {
+            *line = line.chars().take(WIDTH - 2).collect::<String>() + " …";
+            break;
         }
     }
     let end = |line: String| line.chars().take(WIDTH).collect();
     lines.into_iter().map(end).collect()
-}
-
-/// Returns the first lines of the wrapped text. An ellipsis stands for the rest.
-fn clipped(text: &str, indent: &str, most: usize) -> Vec<String> {
-    let mut lines = wrapped(text, indent);
-    if lines.len() > most {
-        lines.truncate(most);
-        let last = lines.last_mut().expect("at least one line is kept");
-        *last = last.chars().take(WIDTH - 2).collect::<String>() + " …";
-    }
-    lines
 }

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 pub use crate::scoring::faults::fault::{Fault, FaultKind};
 use crate::{
     recording::{Channel, Judged, LeftOut, Recording, ValidRange},
-    scoring::faults::watched::{Expected, Own, Sampled, Watched, joined, push_runs},
+    scoring::faults::watched::{Expected, Own, Watched, joined, push_runs},
 };
 
 /// Maximum share of samples in which an auxiliary channel drops out. A channel that drops out more often counts as a switch.
@@ -105,67 +105,60 @@ pub(super) fn are_of_one_table(a: &Recording, b: &Recording) -> bool {
 }
 
 pub fn faults(recording: &Recording, range: &ValidRange) -> Faults {
-    let gauges = (0..recording.n_gauges()).map(Channel::Gauge);
-    let loads = (0..recording.axes().len()).map(Channel::Load);
-    let channels: Vec<Channel> = gauges.chain(loads).collect();
-    let properties =
-        |channel: &Channel| Own::of(*channel, &channel.values(recording), recording.is_static());
-    let own: Vec<Own> = channels.par_iter().map(properties).collect();
-    let moves = |own: &&Own| own.high > own.low;
-    let moving: Vec<Channel> = own.iter().filter(moves).map(|own| own.channel).collect();
-    let held = own.iter().filter(moves).map(|own| own.held).max().unwrap_or(1);
-    let is_load = |channel: &Channel| matches!(channel, Channel::Load(_));
-    let sampled = Sampled::of(recording, &moving);
-    let of_channel = |own: &Own| {
+    let (n_gauges, n_axes) = (recording.n_gauges(), recording.axes().len());
+    let channels = (0..n_gauges).map(Channel::Gauge).chain((0..n_axes).map(Channel::Load));
+    let channels: Vec<(Channel, Vec<f64>)> =
+        channels.map(|channel| (channel, channel.values(recording))).collect();
+    let own: Vec<Own> = (channels.par_iter())
+        .map(|(channel, values)| Own::of(*channel, values, recording.is_static()))
+        .collect();
+    let moving: Vec<&Own> = own.iter().filter(|own| own.high > own.low).collect();
+    let held = moving.iter().map(|own| own.held).max().unwrap_or(1);
+    let is_load = |channel: Channel| matches!(channel, Channel::Load(_));
+    let has_loads = moving.iter().any(|own| is_load(own.channel));
+    let of_channel = |(own, (channel, values)): (&Own, &(Channel, Vec<f64>))| {
         let mut found: Vec<Fault> = Vec::new();
-        if !moves(&own) {
+        if own.high <= own.low {
             return (found, (None, None));
         }
-        let others = |wanted: bool| -> Vec<Channel> {
-            let others = moving.iter().filter(|other| is_load(other) == wanted);
-            let others = others.copied().filter(|other| *other != own.channel);
-            others.collect()
-        };
-        let by = others(!is_load(&own.channel) && moving.iter().any(is_load));
-        let (expected, values) = (Expected::of(&sampled, own, by), own.channel.values(recording));
-        let channel =
-            Watched { recording, own, values: &values, expected: expected.as_ref(), held };
-        let unclipped = channel.clipped(range.gauges.as_ref(), &mut found);
-        channel.stuck(&mut found);
+        let by_loads = !is_load(*channel) && has_loads;
+        let others = moving.iter().map(|other| other.channel);
+        let others = others.filter(|other| is_load(*other) == by_loads && other != channel);
+        let expected = Expected::of(recording, own, &others.collect::<Vec<Channel>>());
+        let watched = Watched { recording, own, values, expected: expected.as_ref(), held };
+        let unclipped = watched.clipped(range.gauges.as_ref(), &mut found);
+        watched.stuck(&mut found);
         // Load cases have no order in time, so a jump from one to the next is no fault.
         if !recording.is_static() {
-            channel.jumps(&mut found);
+            watched.jumps(&mut found);
         }
         (found, unclipped)
     };
-    let watched = own.par_iter().map(of_channel).collect::<Vec<_>>().into_iter();
-    let (found, mut unclipped): (Vec<_>, Vec<_>) = watched.unzip();
+    let watched: Vec<_> = own.par_iter().zip(&channels).map(of_channel).collect();
+    let (found, mut unclipped): (Vec<_>, Vec<_>) = watched.into_iter().unzip();
     let mut found = found.concat();
     if !recording.is_static() {
         let auxiliary = (0..recording.auxiliary().len()).map(Channel::Auxiliary);
         found.extend(auxiliary.flat_map(|channel| dropouts(recording, channel)));
     }
-    unclipped.truncate(recording.n_gauges());
-    let n_axes = recording.axes().len();
+    unclipped.truncate(n_gauges);
     for (axis, rated) in range.rated.iter().enumerate().take(n_axes) {
         let Some(most) = rated.map(|rated| range.overload_above(rated)) else { continue };
         let loads = recording.loads()[axis..].iter().step_by(n_axes);
         let is_over = loads.map(|load| load.abs() > most);
         push_runs(is_over, FaultKind::Overload, Channel::Load(axis), &mut found);
     }
-    if unclipped.iter().all(|own| *own == (None, None)) {
+    if unclipped.iter().all(|limits| *limits == (None, None)) {
         unclipped.clear();
     }
     // While a gauge is faulty, the load computed from the gauges is wrong.
-    let gauges: Vec<_> =
-        found.iter().filter(|own| matches!(own.channel, Channel::Gauge(_))).cloned().collect();
-    let meets = |own: &Fault| {
-        let both = |gauge: &Fault| {
-            gauge.samples.start < own.samples.end && own.samples.start < gauge.samples.end
-        };
-        gauges.iter().any(both)
-    };
-    found.retain(|own| !is_load(&own.channel) || own.kind != FaultKind::Stuck || !meets(own));
+    let of_gauges = found.iter().filter(|fault| matches!(fault.channel, Channel::Gauge(_)));
+    let of_gauges: Vec<Range<usize>> = of_gauges.map(|fault| fault.samples.clone()).collect();
+    found.retain(|fault| {
+        let Range { start, end } = fault.samples;
+        let is_judged = !is_load(fault.channel) || fault.kind != FaultKind::Stuck;
+        is_judged || of_gauges.iter().all(|gauge| gauge.end <= start || end <= gauge.start)
+    });
     found.sort_by_key(|fault| (fault.kind, fault.channel, fault.samples.start));
     Faults { found, unclipped }
 }

@@ -26,7 +26,7 @@ use crate::{
     recording::{Axis, Recording},
     scoring::{
         faults::are_of_one_table,
-        rig::fits::{Forward, Moments, Shape},
+        rig::fits::{Fit, Moments, Shape},
     },
 };
 
@@ -96,8 +96,7 @@ impl Rig {
         let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
         order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
         let mut rig = Self { units: Vec::new(), shape, runs, scales, spans };
-        let columns = |gauges: &[f64], row: &mut Vec<f64>| row.extend(rig.standard(gauges));
-        rig.units = units(recordings, &rig.runs, &rig.shape, columns, |_, _| true);
+        rig.units = units(recordings, &rig, |_, _| true);
         Some(rig)
     }
 
@@ -127,112 +126,101 @@ impl Rig {
 
     /// Returns zeros and sensitivities of each run, compared with the fit to the other runs.
     pub fn table(&self) -> Vec<Run> {
-        let n_gauges = self.shape.n_gauges;
         let errors = fits::left_out(&self.units, &self.shape);
-        // For each run and gauge: zero and sensitivity with their weights. `scatter` holds the squared deviations of single
-        // units from their run.
-        let mut scatter = vec![[(0.0, 0.0); 2]; n_gauges];
+        // For each gauge, the squared deviations of zero and sensitivity in single units from those of their run, with the
+        // degrees of freedom.
+        let mut scatter = vec![[(0.0, 0.0); 2]; self.shape.n_gauges];
         let mut estimates = Vec::new();
         for run in 0..self.n_runs() {
-            let others = self.total(|own| own != run || self.n_runs() == 1);
-            let forward = Forward::of(&others, &self.shape);
-            let own = self.total(|own| own == run);
-            let units: Vec<&Unit> = self.units.iter().filter(|unit| unit.run == run).collect();
-            let freedom = (units.len() as f64 - 1.0) / units.len() as f64;
-            let mean = fits::column_means(&own);
-            let shown = |sums: &Mat<f64>| -> Vec<[(f64, f64); 2]> {
-                let (n, moments) =
-                    (sums[(0, 0)], Moments::about(sums, &mean, &forward, &self.shape));
-                let zeros = forward.zeros(sums, &self.shape).into_iter().enumerate();
+            let others = self.total(|other| other != run || self.n_runs() == 1);
+            let fit = Fit::forward(&others, &self.shape);
+            let sums = self.total(|own| own == run);
+            let mean = fits::column_means(&sums);
+            // For each gauge, zero and sensitivity with their weights.
+            let estimated = |sums: &Mat<f64>| -> Vec<[(f64, f64); 2]> {
+                let (n, moments) = (sums[(0, 0)], Moments::about(sums, &mean, &fit, &self.shape));
                 let of_gauge = |(gauge, zero)| {
-                    let (sensitivity, weight) = moments.sensitivity(gauge, &forward);
+                    let (sensitivity, weight) = moments.sensitivity(gauge, &fit);
                     // If the load hardly moves in a run, the gauges' sensitivity is unknown and gets no weight.
                     let is_loaded = weight > 1e-6 * n;
                     [(zero, n), if is_loaded { (sensitivity, weight) } else { (0.0, 0.0) }]
                 };
-                zeros.map(of_gauge).collect()
+                fit.means(sums).into_iter().enumerate().map(of_gauge).collect()
             };
-            let lines = shown(&own);
-            for own in units.iter().map(|own| shown(&own.sums)) {
-                for ((scatter, own), of_run) in scatter.iter_mut().zip(own).zip(&lines) {
-                    for (sum, ((value, weight), (of_run, _))) in
-                        scatter.iter_mut().zip(own.into_iter().zip(of_run))
-                    {
-                        sum.0 += weight * (value - of_run).powi(2);
-                        sum.1 += freedom;
-                    }
+            let of_run = estimated(&sums);
+            let units: Vec<&Unit> = self.units.iter().filter(|unit| unit.run == run).collect();
+            for of_unit in units.iter().map(|unit| estimated(&unit.sums)) {
+                let pairs = of_unit.as_flattened().iter().zip(of_run.as_flattened());
+                for (sum, ((value, weight), (mean, _))) in
+                    scatter.as_flattened_mut().iter_mut().zip(pairs)
+                {
+                    sum.0 += weight * (value - mean).powi(2);
+                    sum.1 += (units.len() as f64 - 1.0) / units.len() as f64;
                 }
             }
-            estimates.push(lines);
+            estimates.push(of_run);
         }
-        // Returns the zeros (`at` = 0) or sensitivities (`at` = 1) of a run with standard errors, divided by a scale for
-        // each gauge. A value is unknown if its confidence interval is wider than the gauge's range or sensitivity.
-        let known = |lines: &[[(f64, f64); 2]], at: usize, scale: &dyn Fn(usize) -> f64| {
-            let of_gauge = |(gauge, line): (usize, &[(f64, f64); 2])| {
-                let ((value, weight), (squares, freedom)) = (line[at], scatter[gauge][at]);
-                let error = (squares / freedom / weight).sqrt() / scale(gauge);
+        // Returns the zeros (`at` = 0) or sensitivities (`at` = 1) of a run with standard errors. A zero is divided by the span
+        // of its gauge. A value is unknown if its confidence interval is wider than the gauge's range or sensitivity.
+        let known = |of_run: &[[(f64, f64); 2]], at: usize| {
+            let of_gauge = |(gauge, own): (usize, &[(f64, f64); 2])| {
+                let ((value, weight), (squares, freedom)) = (own[at], scatter[gauge][at]);
+                let span = if at == 0 { self.spans[gauge] } else { 1.0 };
+                let error = (squares / freedom / weight).sqrt() / span;
                 let is_known = weight > 0.0 && freedom > 0.5 && 2.0 * error < 1.0;
-                is_known.then_some((value / scale(gauge), error))
+                is_known.then_some((value / span, error))
             };
-            lines.iter().enumerate().map(of_gauge).collect()
+            of_run.iter().enumerate().map(of_gauge).collect()
         };
-        let rows = estimates.into_iter().enumerate().map(|(run, lines)| Run {
+        let rows = estimates.into_iter().enumerate().map(|(run, of_run)| Run {
             recordings: self.runs[run].clone(),
-            zeros: known(&lines, 0, &|gauge| self.spans[gauge]),
-            sensitivities: known(&lines, 1, &|_| 1.0),
+            zeros: known(&of_run, 0),
+            sensitivities: known(&of_run, 1),
             error: fits::mean_error(&errors, &self.units, |own| own == run),
         });
         rows.collect()
     }
 }
 
-/// Returns the sums of products over the units of each run. `columns` adds the gauge columns of one sample to its row.
-/// Samples are omitted for which `is_used`, given the index of the recording and of the sample, is false.
+/// Returns the sums of products over the units of each run. Samples are omitted for which `is_used`, given the index of the
+/// recording and of the sample, is false.
 fn units(
     recordings: &[&Recording],
-    runs: &[Vec<usize>],
-    shape: &Shape,
-    columns: impl Fn(&[f64], &mut Vec<f64>),
+    rig: &Rig,
     is_used: impl Fn(usize, usize) -> bool,
 ) -> Vec<Unit> {
-    let (n_runs, axes) = (runs.len(), shape.axes_in(recordings[0]));
-    let of_each = UNITS.div_ceil(n_runs).max(2);
+    let (n_runs, shape) = (rig.n_runs(), &rig.shape);
+    let axes = shape.axes_in(recordings[0]);
     let mut units = Vec::new();
-    for (run, own) in runs.iter().enumerate() {
-        let n: usize = own.iter().map(|at| recordings[*at].n_samples()).sum();
-        let of_each = of_each.min(n);
-        let mut sums = vec![NormalEquations::new(shape.width(), 0); of_each];
-        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); of_each];
-        let stride = sums[0].stride();
-        let samples = own.iter().flat_map(|at| {
-            let recording = recordings[*at];
-            let loads = recording.loads().chunks_exact(recording.axes().len());
-            let gauges = recording.gauges().chunks_exact(recording.n_gauges());
-            let used = (0..recording.n_samples()).map(|k| is_used(*at, k));
-            gauges.zip(loads).zip(used)
-        });
-        for (k, ((gauges, loads), used)) in samples.enumerate() {
-            if !used {
-                continue;
+    for (run, numbers) in rig.runs.iter().enumerate() {
+        let n: usize = numbers.iter().map(|at| recordings[*at].n_samples()).sum();
+        let n_units = UNITS.div_ceil(n_runs).max(2).min(n);
+        let mut sums = vec![NormalEquations::new(shape.width(), 0); n_units];
+        let mut rows: Vec<f64> = Vec::new();
+        let samples =
+            numbers.iter().flat_map(|at| (0..recordings[*at].n_samples()).map(move |k| (*at, k)));
+        for (k, (at, sample)) in samples.enumerate() {
+            let (unit, recording) = (k * n_units / n, recordings[at]);
+            let stride = sums[unit].stride();
+            if is_used(at, sample) {
+                let loads = &recording.loads()[sample * recording.axes().len()..];
+                let loads =
+                    axes.iter().zip(&shape.full_scale).map(|(axis, full)| loads[*axis] / full);
+                let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
+                rows.extend([1.0, time]);
+                rows.extend(rig.standard(recording.gauges_at(sample)).chain(loads));
+                rows.resize(rows.len().next_multiple_of(stride), 0.0);
             }
-            let unit = k * of_each / n;
-            let rows = &mut rows[unit];
-            let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
-            rows.extend([1.0, time]);
-            columns(gauges, rows);
-            rows.extend(axes.iter().zip(&shape.full_scale).map(|(axis, full)| loads[*axis] / full));
-            rows.resize(rows.len().next_multiple_of(stride), 0.0);
-            if rows.len() >= BLOCK * stride {
-                sums[unit].add_rows(rows);
+            if rows.len() >= BLOCK * stride || (k + 1) * n_units / n > unit {
+                sums[unit].add_rows(&rows);
                 rows.clear();
             }
         }
-        for (mut sums, rows) in sums.into_iter().zip(rows) {
-            sums.add_rows(&rows);
-            let width = shape.width();
+        let width = shape.width();
+        units.extend(sums.iter().map(|sums| {
             let sums = Mat::from_fn(width, width, |i, j| sums.feature_product(i, j));
-            units.push(Unit { run, sums });
-        }
+            Unit { run, sums }
+        }));
     }
     units
 }

@@ -65,7 +65,7 @@ fn is_right(fault: Fault, found: &Contradiction, set: &Set) -> bool {
         Cause::Axes(_) => !gauge && one_axis,
         _ => false,
     };
-    let value = found.values.first().copied().unwrap_or(0.0);
+    let value = found.value;
     let is_factor =
         |factor: f64| (value / factor - 1.0).abs() < 0.1 || (value * factor - 1.0).abs() < 0.1;
     match fault {

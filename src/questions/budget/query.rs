@@ -3,12 +3,12 @@
 use serde::Serialize;
 
 use crate::{
-    calibration::{Calibration, Past, Quality, Regressor, RidgeChoice, Scores},
-    features::{Design, FeatureStream},
+    calibration::{Calibration, Quality, Regressor, RidgeChoice, Scores},
+    features::FeatureStream,
     progress::Progress,
     questions::{dataset::Dataset, error::AnalysisError, request::Request},
     recording::{Axis, Recording, Role},
-    scoring::budget::{Budget, ColumnStream, Measured, ModelColumns, NoBudget, Run},
+    scoring::budget::{Budget, ColumnStream, Measured, Model, NoBudget, Run},
 };
 
 /// Maximum number of recordings. Of more recordings, evenly spread ones are used.
@@ -27,39 +27,6 @@ pub struct ErrorBudget {
     /// Budget of what the compensation leaves; `None` without a compensation, if it has no effect, or if it is not linear in
     /// its coefficients.
     pub compensated: Option<Budget>,
-}
-
-/// Columns that the features of a fit add to the gauges.
-struct Appended<'a> {
-    design: &'a Design,
-    recordings: Vec<&'a Recording>,
-    past: Vec<Past>,
-    n_columns: usize,
-}
-
-impl ModelColumns for Appended<'_> {
-    fn n_columns(&self) -> usize {
-        self.n_columns
-    }
-
-    fn stream(&self, run: usize) -> ColumnStream<'_> {
-        let (recording, past) = (self.recordings[run], &self.past[run]);
-        let mut stream = FeatureStream::new(self.design);
-        let first = self.design.n_gauges();
-        let mut row = vec![0.0; self.design.n_columns()];
-        Box::new(move |sample, out| {
-            let stride = row.len();
-            stream.standardised_rows(
-                &[sample],
-                recording.times(),
-                |k| recording.gauges_at(k),
-                |k| recording.auxiliary().at(k),
-                |look_back, k| recording.gauges_at(past[look_back][k] as usize),
-                (&mut row, stride),
-            );
-            out.copy_from_slice(&row[first..][..out.len()]);
-        })
-    }
 }
 
 /// Returns the error budgets of a fit, or the reason why there is none. `calibration` is the linear fit.
@@ -89,41 +56,50 @@ pub fn error_budget(
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;
     let (names, pools) = pools(calibration);
-    // Segments of recordings are not the parts of the fit's cross-validation.
-    let scaled = |budget: Budget, scores: &Scores| match &scores.cv_rmse {
-        Some(rmse) if data.folds.are_whole && !budget.are_segments => {
-            let squares = rmse.iter().zip(full_scale).map(|(error, full)| (error / full).powi(2));
-            budget.scaled_to(&squares.collect::<Vec<f64>>(), &pools)
-        }
-        _ => budget,
-    };
     let Quality { conventional, compensated, .. } = &calibration.quality;
     // A history in which no earlier sample differs from the present one leaves the conventional map.
     let has_effect = conventional.train_rmse != compensated.train_rmse;
     let design = calibration.design();
     let n_columns = design.n_columns() - design.n_gauges() - usize::from(calibration.offset);
     let is_linear = request.settings.regressor == Regressor::Linear;
-    let columns = if n_columns > 0 && has_effect && is_linear {
-        let mut past = data.past(calibration, progress)?;
-        Some(Appended {
-            design: &design,
-            recordings,
-            past: numbers.iter().map(|at| std::mem::take(&mut past[*at])).collect(),
-            n_columns,
+    let has_model = n_columns > 0 && has_effect && is_linear;
+    let past = if has_model { data.past(calibration, progress)? } else { Vec::new() };
+    // Columns that the features of the fit add to the gauges.
+    let stream = |run: usize| -> ColumnStream<'_> {
+        let (recording, past) = (recordings[run], &past[numbers[run]]);
+        let mut stream = FeatureStream::new(&design);
+        let mut row = vec![0.0; design.n_columns()];
+        let first = design.n_gauges();
+        Box::new(move |sample, out| {
+            let stride = row.len();
+            stream.standardised_rows(
+                &[sample],
+                recording.times(),
+                |k| recording.gauges_at(k),
+                |k| recording.auxiliary().at(k),
+                |look_back, k| recording.gauges_at(past[look_back][k] as usize),
+                (&mut row, stride),
+            );
+            out.copy_from_slice(&row[first..][..out.len()]);
         })
-    } else {
-        None
     };
     let ridge = match request.settings.ridge {
         RidgeChoice::Strength(own) if own > 0.0 => own,
         _ => RIDGE,
     };
-    let model = columns.as_ref().map(|own| (own as &dyn ModelColumns, ridge));
+    let model = has_model.then_some(Model { n_columns, ridge, stream: &stream });
     let Some(measured) = Measured::of(&runs, full_scale, model, progress)? else {
         return Ok(Err(NoBudget::NothingToExplain));
     };
-    let budget = |of_model, scores| {
-        Ok::<_, AnalysisError>(scaled(measured.budget(&pools, of_model, progress)?, scores))
+    let budget = |of_model, scores: &Scores| -> Result<Budget, AnalysisError> {
+        let budget = measured.budget(&pools, of_model, progress)?;
+        // Segments of recordings are not the parts of the fit's cross-validation.
+        let are_same = data.folds.are_whole && !budget.are_segments;
+        let squares = scores.cv_rmse.as_ref().filter(|_| are_same).map(|rmse| {
+            let errors = rmse.iter().zip(full_scale);
+            errors.map(|(error, full)| (error / full).powi(2)).collect::<Vec<f64>>()
+        });
+        Ok(budget.scaled_to(squares.as_deref(), &pools))
     };
     let uncompensated = budget(false, conventional)?;
     let compensated = model.map(|_| budget(true, compensated)).transpose()?;

@@ -3,13 +3,18 @@
 use std::sync::Arc;
 
 use serde::Serialize;
+use strum::IntoEnumIterator as _;
 
 use crate::{
     calibration::{Calibration, ErrorBlocks, FitSettings, HARM, Regressor},
+    dot::dot,
     features::{Auxiliary, Block, Creep, FeatureSettings, FixedLag, Play, Polynomial, Thresholds},
     progress::Progress,
     questions::{
-        budget::query::{ErrorBudget, pools},
+        budget::{
+            query::{ErrorBudget, pools},
+            shown::Row,
+        },
         dataset::Dataset,
         error::AnalysisError,
         request::Request,
@@ -18,7 +23,6 @@ use crate::{
     scoring::{
         budget::{Cause, Shares},
         numbers::significant,
-        part_squares::PartSquares,
         rig::{RigReport, Run},
     },
 };
@@ -113,15 +117,6 @@ impl Errors {
         let is_harmed = self.rms().iter().zip(other.rms()).any(|(own, other)| *own > HARM * other);
         !is_harmed && pools.any(|(own, other)| self.blocks.is_below(own, other, 1.0))
     }
-
-    fn without(mut self, part: usize) -> Self {
-        self.blocks.samples.remove(part);
-        self.blocks.groups.pop();
-        for own in &mut self.of_pools {
-            own.remove(part);
-        }
-        self
-    }
 }
 
 struct Search<'a> {
@@ -150,17 +145,13 @@ pub fn remedies(
     let data = request.datasets.get(&request.key(), progress)?;
     let left = budget.compensated.as_ref().unwrap_or(&budget.uncompensated);
     let pools: Vec<&Shares> = left.pools.iter().flatten().collect();
-    let mut causes: Vec<(Cause, f64)> = Vec::new();
-    for (own, part) in pools
-        .iter()
-        .flat_map(|pool| pool.shares.iter().map(|own| (own.cause, own.square / pool.total)))
-    {
-        match causes.iter_mut().find(|(cause, _)| *cause == own) {
-            Some((_, largest)) => *largest = part.max(*largest),
-            None => causes.push((own, part)),
-        }
-    }
-    causes.sort_by(|a, b| b.1.total_cmp(&a.1));
+    // Largest part of the mean squared error in a pool of axes.
+    let largest = |square: &dyn Fn(&Shares) -> f64| {
+        pools.iter().map(|pool| square(pool) / pool.total).fold(0.0, f64::max)
+    };
+    let part = |cause: Cause| largest(&|pool| Row::Cause(cause).square(pool));
+    let mut causes: Vec<Cause> = Cause::iter().filter(|cause| part(*cause) >= LEAST).collect();
+    causes.sort_by(|a, b| part(*b).total_cmp(&part(*a)));
     let n: usize = data.training().iter().map(|own| own.n_samples()).sum();
     let mut settings = FitSettings { regressor: Regressor::Linear, ..request.settings.clone() };
     if budget.compensated.is_none() {
@@ -176,41 +167,33 @@ pub fn remedies(
         change_samples: left.change_samples,
         progress,
     };
-    let thinned = (search.step > 1).then(|| data.thinned(search.step));
+    let thinned = (search.step > 1 && !causes.is_empty()).then(|| data.thinned(search.step));
     let thin = thinned.as_ref().unwrap_or(&data);
-    let before = if causes.iter().any(|(_, part)| *part >= LEAST) {
-        search.errors(thin, &search.settings)?
-    } else {
-        None
-    };
+    let before = if causes.is_empty() { None } else { search.errors(thin, &search.settings)? };
     let mut found: Vec<Remedy> = Vec::new();
-    for (cause, _) in causes.iter().filter(|(_, part)| *part >= LEAST) {
+    for cause in causes {
         let Some(before) = &before else { break };
         let remedy = match cause {
             Cause::Zeros | Cause::Drift => search.tare(before)?,
             Cause::Sensitivity => search.leave_out(thin, rig, before)?,
-            _ => search.features(thin, *cause, before)?,
+            _ => search.features(thin, cause, before)?,
         };
-        let remedy = remedy.map(|(action, errors)| Remedy { cause: Some(*cause), action, errors });
+        let remedy = remedy.map(|(action, errors)| Remedy { cause: Some(cause), action, errors });
         found.extend(remedy.filter(|own| found.iter().all(|other| other.action != own.action)));
     }
-    let part = |cause: Cause| causes.iter().find(|own| own.0 == cause).map_or(0.0, |own| own.1);
-    let slow = part(Cause::Zeros).max(part(Cause::Drift));
-    if slow >= LARGE && !left.tested.contains(&Cause::Temperature) {
-        let cause = if part(Cause::Zeros) < slow { Cause::Drift } else { Cause::Zeros };
-        let action = Action::RecordTemperature;
-        found.push(Remedy { cause: Some(cause), action, errors: Vec::new() });
+    let [zeros, drift] = [Cause::Zeros, Cause::Drift].map(part);
+    if zeros.max(drift) >= LARGE && !left.tested.contains(&Cause::Temperature) {
+        let cause = Some(if zeros < drift { Cause::Drift } else { Cause::Zeros });
+        found.push(Remedy { cause, action: Action::RecordTemperature, errors: Vec::new() });
     }
-    let largest =
-        |of: fn(&Shares) -> f64| pools.iter().map(|own| of(own) / own.total).fold(0.0, f64::max);
     let n_mean = (MEAN * left.change_samples) as usize;
-    if n_mean > 1 && largest(|own| own.noise) >= LEAST && pools.len() == left.pools.len() {
+    if n_mean > 1 && largest(&|pool| pool.noise) >= LEAST && pools.len() == left.pools.len() {
         let kept = 1.0 / n_mean as f64;
         let error = |own: &&Shares| (own.total - (1.0 - kept) * own.noise).max(0.0).sqrt();
         let errors = pools.iter().map(error).collect();
         found.push(Remedy { cause: None, action: Action::Mean(n_mean), errors });
     }
-    if largest(|own| own.unexplained) >= LARGE {
+    if largest(&|pool| pool.unexplained) >= LARGE {
         found.push(Remedy { cause: None, action: Action::TryModels, errors: Vec::new() });
     }
     Ok(found)
@@ -229,75 +212,68 @@ impl Search<'_> {
         let Ok(mut calibration) = data.blank_calibration(settings) else { return Ok(None) };
         let past = data.past(&calibration, self.progress)?;
         let fit = data.fit(settings.ridge, &past, &mut calibration, self.progress)?;
-        let of = |own: PartSquares| {
-            let full_scale = &self.calibration.full_scale;
-            let (_, pools) = pools(self.calibration);
-            let rows = || own.squares.chunks_exact(full_scale.len());
-            let square = |row: &[f64], axes: &[usize]| {
-                let all = axes.iter().map(|axis| row[*axis] / full_scale[*axis].powi(2));
-                all.sum::<f64>() / axes.len() as f64
+        let full_scale = &self.calibration.full_scale;
+        Ok(fit.left_out.map(|own| {
+            let of_pool = |axes: &Vec<usize>| {
+                let weight = |axis| {
+                    let is_in = axes.contains(&axis);
+                    if is_in { full_scale[axis].powi(-2) / axes.len() as f64 } else { 0.0 }
+                };
+                let weights: Vec<f64> = (0..full_scale.len()).map(weight).collect();
+                own.squares.chunks_exact(weights.len()).map(|row| dot(row, &weights)).collect()
             };
-            let of_pool = |axes: &Vec<usize>| rows().map(|row| square(row, axes)).collect();
-            Errors {
-                blocks: ErrorBlocks::of_parts(&own.part_samples),
-                of_pools: pools.iter().map(of_pool).collect(),
-            }
-        };
-        Ok(fit.left_out.map(of))
+            let blocks = ErrorBlocks::of_parts(&own.part_samples);
+            Errors { blocks, of_pools: pools(self.calibration).1.iter().map(of_pool).collect() }
+        }))
     }
 
     /// Returns the features that describe a cause, if they lower the error.
     fn features(&self, thin: &Dataset, cause: Cause, before: &Errors) -> Found {
         let present = &self.settings.features;
-        let secs = |samples: f64| -> f64 {
+        let secs = |share: f64| -> f64 {
             let rate = self.calibration.rate_hz.unwrap_or(1.0) / self.settings.decimation as f64;
-            significant(samples.max(1.0).round() / rate, 3).parse().unwrap_or(samples / rate)
+            let secs = (share * self.change_samples).max(1.0).round() / rate;
+            significant(secs, 3).parse().unwrap_or(secs)
         };
-        let mut lags = LAGS.map(|own| secs(own * self.change_samples)).to_vec();
-        lags.dedup();
+        let default = |block: &'static dyn Block| (block, block.setting().default.to_vec());
         let tried: Vec<(&'static dyn Block, Vec<f64>)> = match cause {
             Cause::Curvature => vec![(&Polynomial, vec![2.0]), (&Polynomial, vec![3.0])],
-            Cause::Hysteresis => vec![(&Play, Play.setting().default.to_vec())],
-            Cause::Creep => vec![(&Creep, Creep.setting().default.to_vec())],
-            Cause::Lag => vec![(&FixedLag, lags)],
-            _ => vec![(&Auxiliary, Auxiliary.setting().default.to_vec())],
+            Cause::Hysteresis => vec![default(&Play)],
+            Cause::Creep => vec![default(&Creep)],
+            Cause::Lag => {
+                let mut lags = LAGS.map(secs).to_vec();
+                lags.dedup();
+                vec![(&FixedLag, lags)]
+            }
+            _ => vec![default(&Auxiliary)],
         };
         // Every n-th sample does not contain short lags.
-        let all_samples = if cause == Cause::Lag && self.step > 1 {
-            self.errors(self.data, &self.settings)?.map(|before| (self.data, before))
+        let (data, all_before) = if cause == Cause::Lag && self.step > 1 {
+            (self.data, self.errors(self.data, &self.settings)?)
         } else {
-            None
+            (thin, None)
         };
-        let (data, before) = match &all_samples {
-            Some((data, before)) => (*data, before),
-            None => (thin, before),
-        };
+        let before = all_before.as_ref().unwrap_or(before);
         let alone = FeatureSettings { distance: present.distance, ..FeatureSettings::present() };
         let mut candidates: Vec<FeatureSettings> = Vec::new();
         for (block, values) in tried {
             for base in [&alone, present] {
                 let mut features = base.clone();
                 features.blocks.set(block, values.clone());
-                if !candidates.contains(&features) {
-                    candidates.push(features);
-                }
+                candidates.push(features);
             }
         }
         if cause == Cause::Hysteresis && present.look_backs.is_empty() {
             let look_backs = vec![Thresholds::default_for(present.distance)];
             candidates.push(FeatureSettings { look_backs, ..present.clone() });
         }
+        candidates.dedup();
         let mut best: Option<(FeatureSettings, Errors)> = None;
-        for features in candidates {
-            if features == *present {
-                continue;
-            }
+        for features in candidates.into_iter().filter(|own| own != present) {
             let settings = FitSettings { features, ..self.settings.clone() };
             let Some(errors) = self.errors(data, &settings)? else { continue };
-            let is_less = best.as_ref().is_none_or(|(_, best)| {
-                let sum = |own: &Errors| own.rms().iter().sum::<f64>();
-                NEARLY * sum(&errors) < sum(best)
-            });
+            let sum = |own: &Errors| own.rms().iter().sum::<f64>();
+            let is_less = best.as_ref().is_none_or(|(_, best)| NEARLY * sum(&errors) < sum(best));
             if is_less && errors.are_better_than(before) {
                 best = Some((settings.features, errors));
             }
@@ -335,8 +311,7 @@ impl Search<'_> {
             let tared = recording.tare().is_none().then(|| recording.clone().tared(Tare::Auto));
             Some(Entry { recording: Arc::new(tared?.ok()?.0), ..entry.clone() })
         };
-        let after = self.with_recordings(tared)?;
-        let after = after.filter(|own| own.are_better_than(before));
+        let after = self.with_recordings(tared)?.filter(|own| own.are_better_than(before));
         Ok(after.map(|own| (Action::Tare, own.rms())))
     }
 
@@ -347,18 +322,22 @@ impl Search<'_> {
             all.fold(0.0, f64::max)
         };
         let runs = rig.names.iter().zip(&rig.runs);
-        let Some((name, _)) = runs.max_by(|a, b| differs(a.1).total_cmp(&differs(b.1))) else {
-            return Ok(None);
-        };
+        let worst = runs.max_by(|a, b| differs(a.1).total_cmp(&differs(b.1)));
+        let name = worst.map_or("", |(name, _)| name.as_str());
         let at = thin.entries.iter().position(|own| own.recording.name() == name);
-        let part = at.and_then(|at| thin.folds.pieces[at].first()).map(|piece| piece.fold);
-        let (Some(part), true) = (part, thin.folds.are_whole) else { return Ok(None) };
-        let role = |own: &Entry| if own.recording.name() == name { Role::Off } else { own.role };
+        let (Some(at), true) = (at, thin.folds.are_whole) else { return Ok(None) };
+        let is_out = |own: &Entry| own.recording.name() == name;
+        let role = |own: &Entry| if is_out(own) { Role::Off } else { own.role };
         let others = self.with_recordings(|own| Some(Entry { role: role(own), ..own.clone() }))?;
-        let others =
-            others.filter(|own| own.blocks.samples.len() + 1 == before.blocks.samples.len());
-        let before = before.clone().without(part);
-        let others = others.filter(|own| own.are_better_than(&before));
-        Ok(others.map(|own| (Action::LeaveOut(name.clone()), own.rms())))
+        let mut before = before.clone();
+        let part = thin.folds.pieces[at][0].fold;
+        before.blocks.samples.remove(part);
+        before.blocks.groups.pop();
+        for squares in &mut before.of_pools {
+            squares.remove(part);
+        }
+        let is_same = |own: &Errors| own.blocks.samples.len() == before.blocks.samples.len();
+        let others = others.filter(|own| is_same(own) && own.are_better_than(&before));
+        Ok(others.map(|own| (Action::LeaveOut(name.to_owned()), own.rms())))
     }
 }

@@ -3,9 +3,10 @@
 use crate::{
     questions::budget::query::ErrorBudget,
     scoring::{
-        budget::{Budget, Cause, Shares},
+        budget::{Budget, Cause, Share, Shares},
         numbers::significant,
     },
+    shown::joined,
 };
 
 /// Ratio of the held-out to the in-sample mean squared error, above which nothing is said.
@@ -17,12 +18,6 @@ const MOST: f64 = 0.5;
 const MOST_OF_TWO: f64 = 0.6;
 /// Ratio of the compensated to the uncompensated RMS error, above which the compensation makes the error larger.
 const WORSE: f64 = 1.1;
-/// Share of the mean squared error from which it is said what the compensation does to a cause.
-const LEAST_BEFORE: f64 = 0.1;
-/// Part of a cause's share that is left, below which the cause is gone.
-const GONE: f64 = 0.25;
-/// Part of a cause's share by which the whole error must fall, if the cause is gone.
-const LEAST_FALL: f64 = 0.5;
 /// Largest factor between the mean squared errors of the fit's cross-validation and of the budget's own fits.
 const MOST_SCALED: f64 = 1.25;
 
@@ -67,9 +62,6 @@ fn sentence(of: &ErrorBudget, pool: usize) -> String {
     if !is_sure(after) {
         return text + ".";
     }
-    for words in gone(before, &of.uncompensated, after) {
-        text += &format!(", {words}: gone");
-    }
     text.extend(mostly(after, budget).map(|words| format!("; what is left is mostly {words}")));
     text + "."
 }
@@ -80,35 +72,34 @@ fn is_sure(shares: &Shares) -> bool {
     shares.over_in_sample <= MOST_OVER_IN_SAMPLE && factor <= MOST_SCALED
 }
 
-/// Shares of an error: each cause alone, but hysteresis, creep and lag together.
-struct Part<'a> {
+/// Share of an error: one cause, or hysteresis, creep and lag together.
+struct Part {
     causes: Vec<Cause>,
     square: f64,
-    or: Vec<&'a Cause>,
+    or: Vec<Cause>,
 }
 
-fn parts(shares: &Shares) -> Vec<Part<'_>> {
-    let mut parts: Vec<Part<'_>> = Vec::new();
-    for own in &shares.shares {
-        let is_history = own.cause.is_history();
-        let same = parts.iter_mut().find(|part| is_history && part.causes[0].is_history());
-        let or = own.or.iter().filter(|other| !(is_history && other.is_history()));
-        match same {
-            Some(part) => {
-                part.causes.push(own.cause);
-                part.square += own.square;
-                part.or.extend(or);
-            }
-            None => {
-                parts.push(Part { causes: vec![own.cause], square: own.square, or: or.collect() })
-            }
-        }
-    }
+fn parts(shares: &Shares) -> Vec<Part> {
+    let (history, others): (Vec<&Share>, Vec<&Share>) =
+        shares.shares.iter().partition(|own| own.cause.is_history());
+    let others = others.into_iter().map(|own| vec![own]);
+    let groups = [history].into_iter().chain(others).filter(|own| !own.is_empty());
+    let mut parts: Vec<Part> = groups
+        .map(|own| {
+            let is_history = own[0].cause.is_history();
+            let or = own.iter().flat_map(|own| own.or.iter().copied());
+            let mut or: Vec<Cause> = or.filter(|or| !(is_history && or.is_history())).collect();
+            or.sort_unstable();
+            or.dedup();
+            let causes = own.iter().map(|own| own.cause).collect();
+            Part { causes, square: own.iter().map(|own| own.square).sum(), or }
+        })
+        .collect();
     parts.sort_by(|a, b| b.square.total_cmp(&a.square));
     parts
 }
 
-impl Part<'_> {
+impl Part {
     fn words(&self, budget: &Budget) -> String {
         let words = |cause: &Cause| match cause {
             Cause::Zeros if !budget.are_segments => {
@@ -116,12 +107,8 @@ impl Part<'_> {
             }
             cause => cause.name(budget.are_segments),
         };
-        let causes: Vec<&str> = self.causes.iter().map(words).collect();
-        let mut or: Vec<Cause> = self.or.iter().copied().copied().collect();
-        or.sort_unstable();
-        or.dedup();
-        let or = or.iter().map(|other| format!(" or {}", other.name(budget.are_segments)));
-        causes.join(" and ") + &or.collect::<String>()
+        let or = self.or.iter().map(|other| format!(" or {}", other.name(budget.are_segments)));
+        joined(" and ", self.causes.iter().map(words)) + &or.collect::<String>()
     }
 }
 
@@ -133,8 +120,8 @@ fn mostly(shares: &Shares, budget: &Budget) -> Option<String> {
     if shares.noise >= MOST * shares.total {
         return Some("noise".to_owned());
     }
-    let in_model = |part: &Part<'_>| part.causes.iter().any(|own| budget.in_model.contains(own));
-    let parts: Vec<Part<'_>> = parts(shares).into_iter().filter(|own| !in_model(own)).collect();
+    let in_model = |part: &Part| part.causes.iter().any(|own| budget.in_model.contains(own));
+    let parts: Vec<Part> = parts(shares).into_iter().filter(|own| !in_model(own)).collect();
     match &parts[..] {
         [first, ..] if first.square >= MOST * shares.total => Some(first.words(budget)),
         [first, second, ..] if first.square + second.square >= MOST_OF_TWO * shares.total => {
@@ -142,24 +129,4 @@ fn mostly(shares: &Shares, budget: &Budget) -> Option<String> {
         }
         _ => None,
     }
-}
-
-/// Returns the causes of the uncompensated error that the compensation removes.
-fn gone(before: &Shares, budget: &Budget, after: &Shares) -> Vec<String> {
-    let rise = (after.unexplained - before.unexplained).max(0.0);
-    let all_after = parts(after);
-    let large = |own: &Part<'_>| own.square >= LEAST_BEFORE * before.total;
-    let is_gone = |own: &&Part<'_>| {
-        let is_same = |other: &&Part<'_>| {
-            other.causes.iter().any(|cause| {
-                own.causes.contains(cause) || (cause.is_history() && own.causes[0].is_history())
-            })
-        };
-        let left = all_after.iter().find(is_same).map_or(0.0, |part| part.square);
-        let fell = before.total - after.total >= LEAST_FALL * own.square;
-        fell && left + rise < GONE * own.square && left < MOST * after.total
-    };
-    let parts = parts(before);
-    let gone = parts.iter().filter(|own| large(own) && is_gone(own));
-    gone.map(|own| own.words(budget)).collect()
 }

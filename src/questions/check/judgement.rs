@@ -4,6 +4,7 @@ use crate::{
     finding::{Finding, Id, Verdict},
     questions::check::independent_loads::{AxisReach, Sufficiency},
     scoring::numbers::{percent, significant},
+    shown::joined,
 };
 
 /// Ratio of the held-out error to the error of the fit above which the held-out error is reported, if it also exceeds
@@ -42,78 +43,61 @@ impl Sufficiency {
         self
     }
 
-    /// Returns axes with their held-out errors. If `is_lost` is true, these are the axes whose error is no better than that
-    /// of always reporting the mean load. Otherwise these are all other axes.
-    fn left_out(&self, is_lost: bool) -> impl Iterator<Item = (&AxisReach, f64)> {
-        let errors = self.axes.iter().filter_map(|own| Some((own, own.left_out_rmse?)));
-        errors.filter(move |(own, error)| {
-            (own.deviation > 0.0 && *error >= NO_BETTER * own.deviation) == is_lost
-        })
-    }
-
     /// Returns the finding that on some axes the held-out error is no better than that of always reporting the mean load.
     /// `by` says what the cross-validation leaves out.
     fn no_better_than_mean(&self, by: &str) -> Option<Finding> {
-        let one = |(own, error): (&AxisReach, f64)| {
-            let [error, mean] = [error, own.deviation].map(|value| own.load(value));
-            format!(
-                "the error of {} is {error}, and always reporting the mean load would give {mean}",
-                own.axis.symbol()
-            )
+        let of_axis = |own: &AxisReach| {
+            let [error, mean] = [own.left_out_rmse?, own.deviation].map(|value| own.load(value));
+            let symbol = own.axis.symbol();
+            own.is_lost().then(|| {
+                format!(
+                    "the error of {symbol} is {error}, and always reporting the mean load would give {mean}"
+                )
+            })
         };
-        let all: Vec<String> = self.left_out(true).map(one).collect();
+        let all: Vec<String> = self.axes.iter().filter_map(of_axis).collect();
         let seen = format!("cross-validated {by}, {}", all.join("; "));
-        (!all.is_empty())
-            .then(|| Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0))
+        let found = Finding::new(Id::NoBetterThanMean, Insufficient, seen).costing(1.0);
+        (!all.is_empty()).then_some(found)
     }
 
-    /// Returns the finding that on some axes the held-out error is many times the error of the fit. `by` says what the
+    /// Returns the finding that on the worst axis the held-out error is many times the error of the fit. `by` says what the
     /// cross-validation leaves out.
     fn larger_left_out(&self, by: &str) -> Option<Finding> {
-        let times = self.left_out(false).filter_map(|(own, error)| {
-            let least = 1e-9 * own.deviation;
+        let times = self.axes.iter().filter(|own| !own.is_lost()).filter_map(|own| {
+            let (error, least) = (own.left_out_rmse?, 1e-9 * own.deviation);
             let times = error / own.train_rmse?.max(least);
             let fails = times > RATIO_FAILS && error > ERROR_MATTERS * own.full_scale;
             (error > least && fails).then_some((own, error, times))
         });
-        let mut times: Vec<(&AxisReach, f64, f64)> = times.collect();
-        times.sort_by(|a, b| b.2.total_cmp(&a.2));
-        let ((own, error, most), others) = times.split_first()?;
+        let (own, error, times) = times.max_by(|a, b| a.2.total_cmp(&b.2))?;
         let seen = format!(
             "cross-validated {by}, the error of {} is {}, which is {} times the error {} of the fit",
             own.axis.symbol(),
-            own.load(*error),
-            significant(*most, 2),
-            own.load(own.train_rmse.unwrap_or(0.0)),
+            own.load(error),
+            significant(times, 2),
+            own.load(own.train_rmse?),
         );
-        let others: Vec<String> = (others.iter())
-            .map(|(own, _, times)| {
-                format!("{} {} times", own.axis.symbol(), significant(*times, 2))
-            })
-            .collect();
-        let found = Finding::new(Id::LargerLeftOut, Insufficient, seen).with(others.join(", "));
+        let found = Finding::new(Id::LargerLeftOut, Insufficient, seen);
         Some(found.costing(error / own.full_scale))
     }
 
     /// Returns the finding that the loads on some axes follow mostly from the loads on other axes.
     fn move_together(&self) -> Option<Finding> {
-        let tied = |own: &&AxisReach| own.inflation.is_some_and(|own| own >= INFLATION);
-        let tied: Vec<&AxisReach> = self.axes.iter().filter(tied).collect();
-        let (symbols, figures): (Vec<&str>, Vec<String>) = (tied.iter())
-            .filter_map(|own| {
-                let ((other, r), share) = (own.moves_with?, 1.0 - 1.0 / own.inflation?);
-                let (symbol, share, other) = (own.axis.symbol(), percent(share), other.symbol());
-                Some((
-                    symbol,
-                    format!(
-                        "{share} of the variance of {symbol} follows from other axes; the correlation with {other} is {r:+.2}"
-                    ),
-                ))
-            })
-            .unzip();
+        let mut is_same = false;
+        let tied = self.axes.iter().filter_map(|own| {
+            let inflation = own.inflation.filter(|inflation| *inflation >= INFLATION)?;
+            is_same |= inflation >= SAME;
+            let (share, (other, r)) = (percent(1.0 - 1.0 / inflation), own.moves_with?);
+            let (symbol, other) = (own.axis.symbol(), other.symbol());
+            let figures = format!(
+                "{share} of the variance of {symbol} follows from other axes; the correlation with {other} is {r:+.2}"
+            );
+            Some((symbol, figures))
+        });
+        let (symbols, figures): (Vec<&str>, Vec<String>) = tied.unzip();
         let seen =
             format!("the training loads on {} follow from those on other axes", symbols.join(", "));
-        let is_same = tied.iter().any(|own| own.inflation >= Some(SAME));
         let severity = if is_same { Insufficient } else { Doubtful };
         let found = Finding::new(Id::MovesTogether, severity, seen).with(figures.join("; "));
         (!symbols.is_empty()).then_some(found)
@@ -125,49 +109,49 @@ impl AxisReach {
         format!("{} {}", significant(value, 3), self.axis.unit())
     }
 
+    /// Returns true if the held-out error is no better than that of always reporting the mean load.
+    fn is_lost(&self) -> bool {
+        let is_lost = |error| self.deviation > 0.0 && error >= NO_BETTER * self.deviation;
+        self.left_out_rmse.is_some_and(is_lost)
+    }
+
     fn one_sided(&self) -> Option<Finding> {
         let (up, down) = (self.high.max(0.0), (-self.low).max(0.0));
-        let (some, other) = (up.max(down), up.min(down));
-        let is_one_sided = self.deviation > 0.0 && other <= ONE_WAY * some;
-        let way = if up > down { "positive" } else { "negative" };
-        is_one_sided.then(|| {
-            let seen = format!(
-                "in the training recordings, {} is loaded in the {way} direction only",
-                self.axis.symbol()
-            );
-            let (low, high) = (significant(self.low, 3), self.load(self.high));
-            let recorded = format!("the recorded loads are {low} to {high}");
-            // Without a rated load, the sensor may be meant for one direction.
-            if self.rated {
-                let rated =
-                    format!("{recorded}, the rated load is ± {}", self.load(self.full_scale));
-                Finding::new(Id::OneSided, Doubtful, seen).with(rated).costing(1.0)
-            } else {
-                Finding::new(Id::OneSided, Enough, seen).with(recorded)
-            }
+        if self.deviation == 0.0 || up.min(down) > ONE_WAY * up.max(down) {
+            return None;
+        }
+        let seen = format!(
+            "in the training recordings, {} is loaded in the {} direction only",
+            self.axis.symbol(),
+            if up > down { "positive" } else { "negative" }
+        );
+        let (low, high) = (significant(self.low, 3), self.load(self.high));
+        let recorded = format!("the recorded loads are {low} to {high}");
+        // Without a rated load, the sensor may be meant for one direction.
+        Some(if self.rated {
+            let rated = format!("{recorded}, the rated load is ± {}", self.load(self.full_scale));
+            Finding::new(Id::OneSided, Doubtful, seen).with(rated).costing(1.0)
+        } else {
+            Finding::new(Id::OneSided, Enough, seen).with(recorded)
         })
     }
 
     fn not_reached(&self) -> Option<Finding> {
-        if !self.rated || self.full_scale <= 0.0 || self.deviation == 0.0 {
+        if !self.rated || self.deviation == 0.0 {
             return None;
         }
         let ends = [(self.region.0, self.low), (self.region.1, self.high)];
-        let reached = ends.into_iter().filter(|(end, _)| *end != 0.0);
-        let short: Vec<(f64, f64)> = reached
-            .map(|(end, reached)| (end, (reached / end).max(0.0)))
-            .filter(|(_, share)| *share < REACHED)
-            .collect();
-        let least = short.iter().map(|(_, share)| *share).fold(1.0, f64::min);
-        let short: Vec<String> = (short.iter())
-            .map(|(end, share)| format!("{} of {}", percent(*share), self.load(*end)))
-            .collect();
+        let ends = ends.into_iter().filter(|(end, _)| *end != 0.0);
+        let short = ends.map(|(end, reached)| (end, (reached / end).max(0.0)));
+        let short: Vec<(f64, f64)> = short.filter(|(_, share)| *share < REACHED).collect();
+        let least = short.iter().map(|(_, share)| *share).reduce(f64::min)?;
+        let short =
+            short.iter().map(|(end, share)| format!("{} of {}", percent(*share), self.load(*end)));
         let seen = format!(
             "the training loads on {} reach only {}",
             self.axis.symbol(),
-            short.join(" and ")
+            joined(" and ", short)
         );
-        (!short.is_empty())
-            .then(|| Finding::new(Id::NotReached, Doubtful, seen).costing(1.0 - least))
+        Some(Finding::new(Id::NotReached, Doubtful, seen).costing(1.0 - least))
     }
 }

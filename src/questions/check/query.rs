@@ -33,7 +33,7 @@ use crate::{
         numbers::{percent, significant},
         rig::{Rig, lag_of_fit, matters},
     },
-    shown::{counted, first_clauses},
+    shown::{counted, first_clauses, joined},
 };
 use Verdict::{Doubtful, Enough};
 
@@ -152,13 +152,12 @@ fn faulty(
     reasons: &mut Vec<Finding>,
     progress: &Progress,
 ) -> Result<Vec<String>, AnalysisError> {
-    let found =
-        (asked.request.datasets).faults(&asked.request.recordings, &asked.range, progress)?;
-    let all = asked.request.recordings.entries().iter().zip(found.iter());
-    let (training, found): (Vec<&Recording>, Vec<&Arc<Faults>>) = all
-        .filter(|(entry, _)| entry.role == Role::Train)
-        .map(|(entry, found)| (&*entry.recording, found))
-        .unzip();
+    let Request { recordings, datasets, .. } = &asked.request;
+    let found = datasets.faults(recordings, &asked.range, progress)?;
+    let all = recordings.entries().iter().zip(&found);
+    let training = all.filter(|(entry, _)| entry.role == Role::Train);
+    let (training, found): (Vec<&Recording>, Vec<&Arc<Faults>>) =
+        training.map(|(entry, found)| (&*entry.recording, found)).unzip();
     let words = training.iter().zip(&found).filter(|(_, faults)| !faults.found.is_empty());
     let words =
         words.map(|(own, faults)| format!("{}: {}", own.name(), faults.in_words(own).join(", ")));
@@ -174,20 +173,19 @@ fn faulty(
         is_faulty[at].get(next).is_none_or(|own| k < own.start)
     };
     let errors = Rig::of(&training, full_scale)
-        .map(|rig| [rig.left_out_error(), rig.error_of(&training, is_sound)]);
-    let matter = errors.is_some_and(|[with, without]| matters(with, without));
-    let severity = if matter || share > FAULTY_SHARE { Doubtful } else { Enough };
+        .map(|rig| [rig.left_out_error(), rig.error_of(&training, is_sound)])
+        .filter(|[with, without]| matters(*with, *without));
+    let is_doubtful = errors.is_some() || share > FAULTY_SHARE;
     let seen = format!("{} of the training samples are faulty", percent(share));
     let mut figures = first_clauses(FAULTY, &words);
-    let mut cost = share;
-    if let Some([with, without]) = errors.filter(|_| matter) {
-        let shown = [with, without].map(|own| significant(100.0 * own, 2));
+    if let Some(errors) = errors {
+        let [with, without] = errors.map(|own| significant(100.0 * own, 2));
         figures += &format!(
-            "; the held-out error is {} % of full scale, and {} % without these samples",
-            shown[0], shown[1]
+            "; the held-out error is {with} % of full scale, and {without} % without these samples"
         );
-        cost = with - without;
     }
+    let severity = if is_doubtful { Doubtful } else { Enough };
+    let cost = errors.map_or(share, |[with, without]| with - without);
     reasons.push(Finding::new(Id::Faults, severity, seen).with(figures).costing(cost));
     Ok(words)
 }
@@ -195,69 +193,78 @@ fn faulty(
 /// Returns a text about the loads with which the calibration was tested, and about conditions that the recordings do not
 /// cover.
 fn shown_for(axes: &[AxisReach], n: usize, how: Option<&str>, not_covered: &str) -> String {
-    let axis = |own: &AxisReach| {
+    let loads = axes.iter().map(|own| {
         let [low, high] = [own.low, own.high].map(|end| significant(end, 3));
         format!("{} {low} to {high} {}", own.axis.symbol(), own.axis.unit())
-    };
-    let loads: Vec<String> = axes.iter().map(axis).collect();
-    let how = how.unwrap_or("not cross-validated");
+    });
     format!(
-        "The calibration was tested with loads {} in {} ({how}). {not_covered}",
-        loads.join(", "),
-        counted(n, "training recording")
+        "The calibration was tested with loads {} in {} ({}). {not_covered}",
+        joined(", ", loads),
+        counted(n, "training recording"),
+        how.unwrap_or("not cross-validated")
     )
 }
 
 fn reaches(calibration: &Calibration, coverage: &Coverage, spread: &LoadSpread) -> Vec<AxisReach> {
     let scores = &calibration.quality.compensated;
     let of = |errors: &Option<Vec<f64>>, at: usize| errors.as_ref().map(|errors| errors[at]);
+    let n_axes = calibration.axes.len();
     let axes = calibration.axes.iter().enumerate().map(|(at, axis)| {
         let MinMax { min: low, max: high } = coverage.trained[at];
-        let (full_scale, rated) =
-            (calibration.full_scale[at], calibration.rated.get(at) == Some(&true));
-        let (up, down) = (high.max(0.0), (-low).max(0.0));
-        let region = match rated {
-            false => (low, high),
-            true if down <= ONE_WAY * up => (0.0, full_scale),
-            true if up <= ONE_WAY * down => (-full_scale, 0.0),
-            true => (-full_scale, full_scale),
+        let full_scale = calibration.full_scale[at];
+        let rated = calibration.rated.get(at) == Some(&true);
+        // An axis that is loaded one way is rated for this direction.
+        let end = |this: f64, other: f64, recorded: f64| {
+            let is_unused = this <= ONE_WAY * other;
+            if !rated {
+                recorded
+            } else if is_unused {
+                0.0
+            } else {
+                full_scale
+            }
         };
+        let (up, down) = (high.max(0.0), (-low).max(0.0));
+        let correlated = (0..n_axes).filter(|other| *other != at).filter_map(|other| {
+            Some((calibration.axes[other], spread.correlations[at * n_axes + other]?))
+        });
         AxisReach {
             axis: *axis,
             low,
             high,
             full_scale,
             rated,
-            region,
+            region: (0.0 - end(down, up, -low), end(up, down, high)),
             deviation: spread.deviations[at],
             inflation: spread.inflations[at],
             train_rmse: of(&scores.train_rmse, at),
             left_out_rmse: of(&scores.cv_rmse, at),
-            moves_with: (calibration.axes.iter().enumerate())
-                .filter(|(other, _)| *other != at)
-                .filter_map(|(other, axis)| {
-                    Some((*axis, spread.correlations[at * calibration.axes.len() + other]?))
-                })
-                .max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
+            moves_with: correlated.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())),
         }
     });
     axes.collect()
 }
 
 /// Returns findings about recordings that load one axis at a time, or that all repeat one sequence of loads.
-fn of_programmes(data: &Dataset, n_axes: usize) -> impl Iterator<Item = Finding> {
+fn of_programmes(data: &Dataset, n_axes: usize) -> Vec<Finding> {
     let training = in_role(&data.entries, Role::Train);
-    let separate = (n_axes > 1 && is_one_axis_at_a_time(&data.entries, n_axes)).then(|| {
-        let seen = "in the training recordings, the axes are loaded one at a time";
-        Finding::new(Id::OneAxisAtATime, Doubtful, seen)
-    });
-    let repeated = is_one_programme(&training).then(|| {
-        let n = training.len();
-        let all = if n == 2 { "both".to_owned() } else { format!("all {n}") };
-        let seen = format!("{all} training recordings repeat the same sequence of loads");
-        Finding::new(Id::OneProgramme, Doubtful, seen)
-    });
-    separate.into_iter().chain(repeated)
+    let n = training.len();
+    let all = if n == 2 { "both".to_owned() } else { format!("all {n}") };
+    let separate = n_axes > 1 && is_one_axis_at_a_time(&data.entries, n_axes);
+    let found = [
+        (
+            separate,
+            Id::OneAxisAtATime,
+            "in the training recordings, the axes are loaded one at a time".to_owned(),
+        ),
+        (
+            is_one_programme(&training),
+            Id::OneProgramme,
+            format!("{all} training recordings repeat the same sequence of loads"),
+        ),
+    ];
+    let found = found.into_iter().filter(|(is_seen, ..)| *is_seen);
+    found.map(|(_, id, seen)| Finding::new(id, Doubtful, seen)).collect()
 }
 
 /// Request for the faulty samples of recordings, which the window marks.
@@ -282,18 +289,6 @@ pub struct FaultyRecording {
     pub intervals: Vec<(f64, f64)>,
 }
 
-impl FaultyRecording {
-    fn of(recording: &Recording, faults: &Faults) -> Self {
-        let (samples, times) = (faults.samples(), recording.times());
-        let interval = |samples: &Range<usize>| (times[samples.start], times[samples.end - 1]);
-        Self {
-            n_samples: faults.n_samples(),
-            words: faults.in_words(recording),
-            intervals: samples.iter().map(interval).collect(),
-        }
-    }
-}
-
 impl FindFaults {
     /// Returns the request about the recordings of another request.
     pub fn of(request: &Request, range: ValidRange) -> Self {
@@ -313,10 +308,19 @@ impl Query for FindFaults {
     }
 
     fn compute(&self, work: Work<'_, Self>) -> Answered<Self> {
-        let found = (self.datasets).faults(&self.recordings, &self.range, work.progress)?;
+        let found = self.datasets.faults(&self.recordings, &self.range, work.progress)?;
         let entries = self.recordings.entries().iter().zip(&found);
-        let of = |entry: &Entry, found: &Faults| FaultyRecording::of(&entry.recording, found);
-        Ok(entries.map(|(entry, found)| Arc::new(of(entry, found))).collect())
+        let of = |(entry, faults): (&Entry, &Arc<Faults>)| {
+            let (recording, samples) = (&*entry.recording, faults.samples());
+            let times = recording.times();
+            let interval = |own: &Range<usize>| (times[own.start], times[own.end - 1]);
+            Arc::new(FaultyRecording {
+                n_samples: faults.n_samples(),
+                words: faults.in_words(recording),
+                intervals: samples.iter().map(interval).collect(),
+            })
+        };
+        Ok(entries.map(of).collect())
     }
 }
 

@@ -48,37 +48,31 @@ pub struct Measured<'a> {
 }
 
 impl Measured<'_> {
-    fn in_unit_of(&self, bound: Bound, figure: Limited, axis: Axis) -> Result<f64, String> {
+    /// Returns the value of a figure on an axis, in the unit of a limit.
+    fn of(&self, bound: Bound, figure: Limited, axis: Axis) -> Result<f64, String> {
         let at = self.axes.iter().position(|known| known.0 == axis);
         let at = at.ok_or("the calibration does not have this axis")?;
-        let value = self.of(figure, at)?;
-        match (bound, self.axes[at].1) {
-            (Bound::Load(_), _) => Ok(value),
-            (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
-            _ => Err("the axis has no full scale".to_owned()),
-        }
-    }
-
-    fn of(&self, figure: Limited, at: usize) -> Result<f64, String> {
-        match figure {
+        let value = match figure {
             Limited::ExpectedError => {
-                let expected = self.expected_error.as_ref().map_err(Clone::clone)?;
-                expected.of_axis(self.axes[at].0)
+                self.expected_error.as_ref().map_err(Clone::clone)?.of_axis(axis)?
             }
             Limited::Rmse => {
                 let scores = &self.quality.compensated;
                 let held_out = [&scores.cv_rmse, &scores.test_rmse].into_iter().flatten();
                 let worst = held_out.map(|rmse| rmse[at]).reduce(f64::max);
-                worst.ok_or_else(|| {
-                    "there is neither cross-validation nor a test recording".to_owned()
-                })
+                worst.ok_or("there is neither cross-validation nor a test recording")?
             }
             Limited::LoopWidth => {
                 let rows = &self.metrology?.rows;
                 let row = rows.iter().find(|row| row.quantity == Quantity::Hysteresis);
                 let cell = row.ok_or("not measured")?.cells[at].compensated.as_ref();
-                cell.map(|width| width.value.abs()).map_err(ToString::to_string)
+                cell.map_err(ToString::to_string)?.value.abs()
             }
+        };
+        match (bound, self.axes[at].1) {
+            (Bound::Load(_), _) => Ok(value),
+            (Bound::Percent(_), full) if full > 0.0 => Ok(100.0 * value / full),
+            _ => Err("the axis has no full scale".to_owned()),
         }
     }
 }
@@ -206,7 +200,7 @@ impl Limits {
                     Bound::Percent(limit) => (limit, "% FS"),
                     Bound::Load(limit) => (limit, axis.unit()),
                 };
-                let value = measured.in_unit_of(*bound, *figure, axis);
+                let value = measured.of(*bound, *figure, axis);
                 checked.push(Checked {
                     figure: *figure,
                     axis,

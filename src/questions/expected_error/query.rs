@@ -17,7 +17,7 @@ use crate::{
         question::{Answered, Query, Work},
         request::Request,
     },
-    recording::{Axis, Entry, Recording, RecordingSet, Role, first_pieces},
+    recording::{Axis, Entry, RecordingSet, Role, first_pieces, in_role},
     same::same_where,
 };
 
@@ -72,11 +72,6 @@ pub fn handed_over(
     handed_over_with(calibration.clone(), &expected, &request.recordings, progress)
 }
 
-fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
-    let entries = recordings.entries().iter().filter(|entry| entry.role == Role::Train);
-    entries.map(|entry| &*entry.recording)
-}
-
 pub fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
@@ -89,10 +84,11 @@ pub fn handed_over_with(
     }
     let quality = &mut calibration.quality;
     quality.expected_error = expected.as_ref().ok().cloned();
+    let training = || in_role(recordings.entries(), Role::Train).into_iter();
     if quality.history_scatter.is_none() {
-        calibration.quality.history_scatter = scatter_of_starts(&calibration, training(recordings));
+        calibration.quality.history_scatter = scatter_of_starts(&calibration, training());
     }
-    calibration.keep_secs = measured_pauses(&calibration, training(recordings), progress)?;
+    calibration.keep_secs = measured_pauses(&calibration, training(), progress)?;
     Ok(calibration)
 }
 

@@ -9,7 +9,7 @@ use faer::Mat;
 use crate::scoring::budget::{
     cause::Cause,
     inputs::Inputs,
-    run::{ColumnStream, ModelColumns, Run, Unit},
+    run::{ColumnStream, Model, Run, Unit},
     time_scale::TimeScale,
 };
 
@@ -136,11 +136,11 @@ pub struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    pub fn new(
+    pub fn new<'m: 'a>(
         columns: &'a Columns,
         runs: &'a [Run<'a>],
         at: usize,
-        model: Option<&'a dyn ModelColumns>,
+        model: Option<Model<'m>>,
     ) -> Self {
         let (run, inputs) = (&runs[at], &columns.inputs);
         let n_loads = inputs.loads.ncols();
@@ -154,7 +154,7 @@ impl<'a> Rows<'a> {
         Self {
             columns,
             run,
-            model: model.map(|own| own.stream(at)),
+            model: model.map(|own| -> ColumnStream<'a> { (own.stream)(at) }),
             conventional,
             plays: Vec::new(),
             creeps: Vec::new(),

@@ -32,19 +32,19 @@ pub fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     }
 }
 
-/// Held-out errors with one set of causes.
+/// Held-out errors on one axis with one set of causes, in full scales.
 #[derive(Clone, Debug)]
-pub struct SetErrors {
-    /// Squared errors on each axis, summed over each block, in full scales.
-    pub squares: Vec<Vec<f64>>,
-    /// Variance of the noise that the calibration passes on, on each axis, in full scales.
-    pub noise: Vec<f64>,
-    /// For each cause of units and axis, the reduction of the squared errors and its variance by chance, in full scales.
-    pub gains: [Vec<(f64, f64)>; 3],
+pub struct AxisErrors {
+    /// Squared errors, summed over each block.
+    pub squares: Vec<f64>,
+    /// Variance of the noise that the calibration passes on.
+    pub noise: f64,
+    /// For each cause of units, the reduction of the squared errors and its variance by chance.
+    pub gains: [(f64, f64); Cause::OF_UNITS.len()],
 }
 
-/// Errors with each set of causes that is tested, by the index of the set.
-pub type AllErrors = Vec<Option<SetErrors>>;
+/// Errors on each axis with each set of causes that is tested, by the index of the set.
+pub type AllErrors = Vec<Option<Vec<AxisErrors>>>;
 
 /// Computes the held-out errors of one base from its sums.
 pub struct HeldOut<'a> {
@@ -62,16 +62,13 @@ pub struct HeldOut<'a> {
 /// What a fit takes out of each training unit before it is fitted: its own offset, its own slope in time.
 type Projection = [bool; 2];
 
-/// Figures of the units of one fold. The last index of each list is that of the column: ridge, then axis.
-struct FoldErrors {
-    /// Numbers of the units.
-    units: Vec<usize>,
-    /// Squared error for each projection, set of causes with columns, and block of the units.
-    squares: Vec<Vec<Vec<Vec<f64>>>>,
-    /// Gains for each set of causes of units, set of causes with columns, and unit.
-    gains: Vec<Vec<Vec<Vec<Gains>>>>,
-    /// Noise for each projection and set of causes with columns.
-    noise: Vec<Vec<Vec<f64>>>,
+/// Errors with one projection and one set of causes with columns. The columns are those of the weights: ridge, then axis.
+#[derive(Default)]
+struct Tried {
+    /// Sums over each block and column.
+    blocks: Vec<Vec<ErrorSums>>,
+    /// Noise of each column.
+    noise: Vec<f64>,
 }
 
 impl HeldOut<'_> {
@@ -85,26 +82,108 @@ impl HeldOut<'_> {
         let folds = self.folds();
         let totals: Vec<Vec<Mat<f64>>> =
             folds.par_iter().map(|own| self.totals(own, &projections)).collect();
+        let place =
+            |set: Causes| projections.iter().position(|own| *own == projection(set)).unwrap_or(0);
+        // For each fold: the errors with each projection, and then with each set of causes with columns.
         let of_fold = |at: usize| {
-            progress.check()?;
-            let mut weights: Vec<Vec<Mat<f64>>> = Vec::new();
+            let others = |which: usize| {
+                let width = self.columns.width;
+                let parts = totals.iter().enumerate().filter(|(fold, _)| *fold != at);
+                let parts = parts.map(|(_, own)| &own[which]);
+                parts.fold(Mat::zeros(width, width), |sum: Mat<f64>, own| sum + own)
+            };
+            let plain = others(place(Causes::default()));
+            let mut tried = Vec::new();
             for (number, projection) in projections.iter().enumerate() {
-                let others = |which: usize| {
-                    let parts = totals.iter().enumerate().filter(|(fold, _)| *fold != at);
-                    parts.map(|(_, own)| &own[which]).fold(
-                        Mat::zeros(self.columns.width, self.columns.width),
-                        |sum: Mat<f64>, own| sum + own,
-                    )
-                };
-                let plain = place(Causes::default(), &projections);
-                weights.push(self.weights(&others(number), &others(plain), *projection, &sets));
+                progress.check()?;
+                let weights = self.weights(&others(number), &plain, *projection, &sets);
+                let sets = sets.iter().zip(&weights);
+                tried.extend(sets.map(|(set, weights)| self.tried(&folds[at], *set, weights)));
             }
-            progress.check()?;
-            Ok(self.fold_errors(folds[at].clone(), &weights, &projections, &sets, &unit_sets))
+            Ok(tried)
         };
-        let all: Result<Vec<FoldErrors>, Cancelled> =
+        let found: Result<Vec<Vec<Tried>>, Cancelled> =
             (0..folds.len()).into_par_iter().map(of_fold).collect();
-        Ok(self.combined(&all?, &projections, &sets, &unit_sets))
+        let mut all: Vec<Tried> = Vec::new();
+        all.resize_with(projections.len() * sets.len(), Tried::default);
+        for (tried, units) in found?.into_iter().zip(&folds) {
+            for (all, own) in all.iter_mut().zip(tried) {
+                all.blocks.resize(self.sums.blocks.len(), Vec::new());
+                all.noise.resize(own.noise.len(), 0.0);
+                all.noise.iter_mut().zip(own.noise).for_each(|(all, own)| *all += own);
+                let blocks = units.iter().flat_map(|unit| self.units[*unit].block_numbers());
+                blocks.zip(own.blocks).for_each(|(block, own)| all.blocks[block] = own);
+            }
+        }
+        let pairs: Vec<(usize, Causes)> =
+            unit_sets.iter().flat_map(|own| (0..sets.len()).map(|set| (set, *own))).collect();
+        let errors = pairs.par_iter().map(|(set, unit_set)| {
+            progress.check()?;
+            let tried = &all[place(*unit_set) * sets.len() + set];
+            let of_axis = |axis: usize| {
+                let columns = (0..RIDGES.len()).map(|ridge| ridge * self.columns.n_axes() + axis);
+                let errors = columns.map(|column| self.errors_with(tried, *unit_set, column));
+                let total = |own: &AxisErrors| own.squares.iter().sum::<f64>();
+                errors.min_by(|a, b| total(a).total_cmp(&total(b))).expect("there are ridges")
+            };
+            let errors: Vec<AxisErrors> = (0..self.columns.n_axes()).map(of_axis).collect();
+            Ok((sets[*set].union(*unit_set).index(), errors))
+        });
+        let errors: Result<Vec<_>, Cancelled> = errors.collect();
+        let mut by_set: AllErrors = vec![None; Causes::N_SETS];
+        errors?.into_iter().for_each(|(index, errors)| by_set[index] = Some(errors));
+        Ok(by_set)
+    }
+
+    /// Returns the errors of the units of a fold with one set of causes with columns.
+    fn tried(&self, units: &[usize], set: Causes, weights: &Mat<f64>) -> Tried {
+        let used = self.used(set);
+        let rows = self.rows(&used);
+        let n_samples = &self.sums.n_samples;
+        let numbers = || units.iter().flat_map(|unit| self.units[*unit].block_numbers());
+        let n = numbers().map(|block| n_samples[block]).sum::<f64>();
+        let share = n / n_samples.iter().sum::<f64>();
+        let noise = self.passed_on(weights, &rows, &used).into_iter().map(|own| own * share);
+        let blocks =
+            numbers().map(|block| self.error_sums(&self.sums.blocks[block], weights, &rows, &used));
+        Tried { noise: noise.collect(), blocks: blocks.collect() }
+    }
+
+    /// Returns the errors of one column of weights if each unit has the freedoms of a set of causes of units.
+    fn errors_with(&self, tried: &Tried, unit_set: Causes, column: usize) -> AxisErrors {
+        let axis = column % self.columns.n_axes();
+        let wanted = Cause::OF_UNITS.map(|cause| unit_set.contains(cause));
+        let of_unit = |unit: &Unit| {
+            let blocks = unit.block_numbers();
+            let scores = blocks.map(|block| {
+                self.scores(&tried.blocks[block][column], &self.sums.blocks[block], axis)
+            });
+            gains(&mut scores.collect::<Vec<BlockScores>>(), wanted)
+        };
+        let mut of_units: Vec<Gains> = if unit_set.len() > 0 {
+            self.units.iter().map(of_unit).collect()
+        } else {
+            vec![Gains::default(); self.units.len()]
+        };
+        // The factor that all units share is no difference between units.
+        let (score, weight) = (of_units.iter().map(|own| own.factor))
+            .fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
+        let common = score / weight.max(1e-300);
+        let scale = self.full_scale[axis].powi(2);
+        let noise = tried.noise[column] / scale;
+        let mut errors = AxisErrors { squares: Vec::new(), noise, gains: [(0.0, 0.0); 3] };
+        for (unit, gain) in self.units.iter().zip(&mut of_units) {
+            let change = common * (common * gain.factor.1 - 2.0 * gain.factor.0);
+            gain.reduction += change;
+            gain.of_each[Cause::OF_UNITS.len() - 1].0 += change;
+            let squares = unit.block_numbers().map(|block| tried.blocks[block][column].square);
+            let kept = 1.0 - gain.reduction / squares.clone().sum::<f64>().max(1e-300);
+            errors.squares.extend(squares.map(|square| square * kept / scale));
+            for (sum, (gain, variance)) in errors.gains.iter_mut().zip(gain.of_each) {
+                *sum = (sum.0 + gain / scale, sum.1 + variance / (scale * scale));
+            }
+        }
+        errors
     }
 
     /// Returns for each axis the mean squared residual of the base when it is fitted to all samples, and the noise that it
@@ -230,69 +309,6 @@ impl HeldOut<'_> {
         all.enumerate().filter(|(_, cause)| set.contains(*cause)).map(|(at, _)| at).collect()
     }
 
-    fn fold_errors(
-        &self,
-        units: Vec<usize>,
-        weights: &[Vec<Mat<f64>>],
-        projections: &[Projection],
-        sets: &[Causes],
-        unit_sets: &[Causes],
-    ) -> FoldErrors {
-        let n_axes = self.columns.n_axes();
-        let per_projection = RIDGES.len() * n_axes;
-        let mut squares = vec![vec![Vec::new(); sets.len()]; projections.len()];
-        let mut gains_of = vec![vec![Vec::new(); sets.len()]; unit_sets.len()];
-        let mut noise = vec![Vec::new(); projections.len()];
-        for (set_number, set) in sets.iter().enumerate() {
-            let used = self.used(*set);
-            let rows = self.rows(&used);
-            let mut all = Mat::zeros(used.len(), projections.len() * per_projection);
-            for (at, weights) in weights.iter().enumerate() {
-                let mut part = all.subcols_mut(at * per_projection, per_projection);
-                part.copy_from(&weights[set_number]);
-            }
-            let of_noise = self.passed_on(&all, &rows, &used);
-            for (at, noise) in noise.iter_mut().enumerate() {
-                noise.push(of_noise[at * per_projection..][..per_projection].to_vec());
-            }
-            for unit in &units {
-                let blocks = self.units[*unit].block_numbers();
-                let moments: Vec<Vec<ErrorSums>> = blocks
-                    .map(|block| self.error_sums(&self.sums.blocks[block], &all, &rows, &used))
-                    .collect();
-                for (at, squares) in squares.iter_mut().enumerate() {
-                    let columns = at * per_projection..(at + 1) * per_projection;
-                    let of_block = |block: &Vec<ErrorSums>| {
-                        block[columns.clone()].iter().map(|own| own.square).collect()
-                    };
-                    squares[set_number].extend(moments.iter().map(of_block));
-                }
-                for (gains_of, unit_set) in gains_of.iter_mut().zip(unit_sets) {
-                    let at = place(*unit_set, projections);
-                    let wanted = Cause::OF_UNITS.map(|cause| unit_set.contains(cause));
-                    let numbers = self.units[*unit].block_numbers();
-                    let of_column = |column: usize| {
-                        let axis = column % n_axes;
-                        let blocks = moments.iter().zip(numbers.clone());
-                        let mut blocks: Vec<BlockScores> = blocks
-                            .map(|(own, number)| {
-                                self.scores(&own[column], &self.sums.blocks[number], axis)
-                            })
-                            .collect();
-                        gains(&mut blocks, wanted)
-                    };
-                    let own = if unit_set.len() > 0 {
-                        (at * per_projection..(at + 1) * per_projection).map(of_column).collect()
-                    } else {
-                        vec![Gains::default(); per_projection]
-                    };
-                    gains_of[set_number].push(own);
-                }
-            }
-        }
-        FoldErrors { units, squares, gains: gains_of, noise }
-    }
-
     /// Returns sums of the errors of each column of weights over one block.
     fn error_sums(
         &self,
@@ -347,77 +363,6 @@ impl HeldOut<'_> {
         let axes = (0..weights.ncols()).map(|column| column % self.columns.n_axes());
         squares.iter().zip(axes).map(|(own, axis)| own.square * noise.scales[axis]).collect()
     }
-
-    fn combined(
-        &self,
-        folds: &[FoldErrors],
-        projections: &[Projection],
-        sets: &[Causes],
-        unit_sets: &[Causes],
-    ) -> AllErrors {
-        let n_axes = self.columns.n_axes();
-        let n_total: f64 = self.sums.n_samples.iter().sum();
-        let mut all: AllErrors = vec![None; Causes::N_SETS];
-        for (unit_number, unit_set) in unit_sets.iter().enumerate() {
-            let at = place(*unit_set, projections);
-            for (set_number, set) in sets.iter().enumerate() {
-                let mut found = SetErrors {
-                    squares: vec![vec![0.0; self.sums.blocks.len()]; n_axes],
-                    noise: vec![0.0; n_axes],
-                    gains: [const { Vec::new() }; 3]
-                        .map(|_: Vec<(f64, f64)>| vec![(0.0, 0.0); n_axes]),
-                };
-                for axis in 0..n_axes {
-                    let choices = (0..RIDGES.len()).map(|ridge| {
-                        Choice::of(folds, at, unit_number, set_number, ridge * n_axes + axis)
-                    });
-                    let best = choices.min_by(|a, b| a.total().total_cmp(&b.total()));
-                    let Some(best) = best else { continue };
-                    let scale = self.full_scale[axis].powi(2);
-                    self.write(&best, folds, axis, scale, &mut found);
-                    for fold in folds {
-                        let n: f64 = fold
-                            .units
-                            .iter()
-                            .flat_map(|unit| self.units[*unit].block_numbers())
-                            .map(|block| self.sums.n_samples[block])
-                            .sum();
-                        found.noise[axis] +=
-                            fold.noise[at][set_number][best.column] * n / n_total / scale;
-                    }
-                }
-                all[set.union(*unit_set).index()] = Some(found);
-            }
-        }
-        all
-    }
-
-    /// Writes the squared errors of one axis, which the gains of each unit scale, and the gains.
-    fn write(
-        &self,
-        choice: &Choice,
-        folds: &[FoldErrors],
-        axis: usize,
-        scale: f64,
-        found: &mut SetErrors,
-    ) {
-        let mut squares = choice.squares.iter();
-        let mut gains = choice.gains.iter();
-        for unit in folds.iter().flat_map(|fold| &fold.units) {
-            let blocks = self.units[*unit].block_numbers();
-            let own: Vec<f64> = squares.by_ref().take(blocks.len()).copied().collect();
-            let gain = gains.next().map_or(0.0, |own| own.reduction);
-            let kept = 1.0 - gain / own.iter().sum::<f64>().max(1e-300);
-            for (block, square) in blocks.zip(own) {
-                found.squares[axis][block] = square * kept / scale;
-            }
-        }
-        for at in 0..Cause::OF_UNITS.len() {
-            let sum = choice.gains.iter().map(|own| own.of_each[at]);
-            let (gain, variance) = sum.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
-            found.gains[at][axis] = (gain / scale, variance / (scale * scale));
-        }
-    }
 }
 
 /// Sums over one block: the squared error, the error, and its products with time and load.
@@ -429,60 +374,9 @@ struct ErrorSums {
     with_load: f64,
 }
 
-/// Figures of one set of causes with one ridge on one axis, in the order of the folds.
-struct Choice {
-    column: usize,
-    squares: Vec<f64>,
-    gains: Vec<Gains>,
-}
-
-impl Choice {
-    fn of(
-        folds: &[FoldErrors],
-        projection: usize,
-        unit_set: usize,
-        set: usize,
-        column: usize,
-    ) -> Self {
-        let squares = folds.iter().flat_map(|fold| &fold.squares[projection][set]);
-        let gains = folds.iter().flat_map(|fold| &fold.gains[unit_set][set]);
-        let mut own = Self {
-            column,
-            squares: squares.map(|block| block[column]).collect(),
-            gains: gains.map(|unit| unit[column % unit.len()]).collect(),
-        };
-        own.take_common_factor_out();
-        own
-    }
-
-    /// Takes the factor that all units share out of their gains, because it is no difference between units.
-    fn take_common_factor_out(&mut self) {
-        let (score, weight) = (self.gains.iter().map(|own| own.factor))
-            .fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
-        let common = score / weight.max(1e-300);
-        let sensitivity = Cause::OF_UNITS.len() - 1;
-        for gains in &mut self.gains {
-            let (score, weight) = gains.factor;
-            let change = common * (common * weight - 2.0 * score);
-            gains.reduction += change;
-            gains.of_each[sensitivity].0 += change;
-        }
-    }
-
-    fn total(&self) -> f64 {
-        let gains: f64 = self.gains.iter().map(|own| own.reduction).sum();
-        self.squares.iter().sum::<f64>() - gains
-    }
-}
-
 /// Returns which freedoms of the units a fit with these causes takes out of the training units.
 fn projection(set: Causes) -> Projection {
     [set.contains(Cause::Zeros), set.contains(Cause::Drift)]
-}
-
-/// Returns the place of this set's projection in the list.
-fn place(set: Causes, projections: &[Projection]) -> usize {
-    projections.iter().position(|own| *own == projection(set)).unwrap_or(0)
 }
 
 /// Returns the sums of a unit after its own multiples of these columns are taken out of all columns.

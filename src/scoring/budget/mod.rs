@@ -23,7 +23,7 @@ use serde::{Serialize, Serializer};
 
 pub use crate::scoring::budget::{
     cause::Cause,
-    run::{ColumnStream, Model, ModelColumns, Run},
+    run::{ColumnStream, Model, Run},
     shares::{NoBudget, Share, Shares},
 };
 use crate::{
@@ -83,22 +83,27 @@ fn shares_or_reasons<S: Serializer>(
 }
 
 impl Budget {
-    /// Returns the budget with the mean squared errors that the fit's cross-validation gives on each axis (full scale²). The
-    /// fits of the budget differ from it in the ridge, and leave out several recordings together if there are many.
-    pub fn scaled_to(mut self, mean_squares: &[f64], pools: &[Vec<usize>]) -> Self {
-        let scaled = |own: Result<Shares, NoBudget>, axes: &[usize]| {
-            let sum: f64 = axes.iter().map(|axis| mean_squares[*axis]).sum();
-            let total = sum / axes.len() as f64;
-            own.map(|own| if total.is_finite() { own.scaled_to(total) } else { own })
+    /// Returns the budget without the shares whose error comes from missing load cases, and with the mean squared errors that the
+    /// fit's cross-validation gives on each axis (full scale²), if they are given. The fits of the budget differ from it in the
+    /// ridge, and leave out several recordings together if there are many.
+    pub fn scaled_to(mut self, mean_squares: Option<&[f64]>, pools: &[Vec<usize>]) -> Self {
+        let scale = |shares: &mut Result<Shares, NoBudget>, axes: &[usize]| {
+            let Ok(own) = shares else { return };
+            if own.over_in_sample > MOST_OVER_IN_SAMPLE {
+                *shares = Err(NoBudget::MissingLoads);
+            } else if let Some(squares) = mean_squares {
+                let sum: f64 = axes.iter().map(|axis| squares[*axis]).sum();
+                own.scale_to(sum / axes.len() as f64);
+            }
         };
-        let axes = self.axes.into_iter().enumerate();
-        self.axes = axes.map(|(axis, own)| scaled(own, &[axis])).collect();
-        let pools = self.pools.into_iter().zip(pools);
-        self.pools = pools.map(|(own, axes)| scaled(own, axes)).collect();
+        self.axes.iter_mut().enumerate().for_each(|(axis, own)| scale(own, &[axis]));
+        self.pools.iter_mut().zip(pools).for_each(|(own, axes)| scale(own, axes));
         self
     }
 }
 
+/// Ratio of the held-out to the in-sample mean squared error, above which the recordings load different axes.
+const MOST_OVER_IN_SAMPLE: f64 = 4.0;
 /// Share of the variance of a cause's columns that the calibration's columns explain, above which the cause is in the model.
 const IN_MODEL: f64 = 0.95;
 
@@ -123,7 +128,7 @@ impl<'a> Measured<'a> {
     pub fn of(
         runs: &[Run<'_>],
         full_scale: &'a [f64],
-        model: Model<'_>,
+        model: Option<Model<'_>>,
         progress: &Progress,
     ) -> Result<Option<Self>, Cancelled> {
         let Some(inputs) = Inputs::of(runs, full_scale.len()) else { return Ok(None) };
@@ -131,7 +136,7 @@ impl<'a> Measured<'a> {
         let scale = TimeScale::of(runs, &inputs.moves);
         let lengths = runs.iter().map(|run| run.n_samples as f64).collect();
         let median_samples = time_scale::middle(lengths).unwrap_or(0.0);
-        let n_model = model.map_or(0, |own| own.0.n_columns());
+        let n_model = model.map_or(0, |own| own.n_columns);
         let columns = Columns::new(inputs, scale, median_samples, n_model);
         let most_blocks = MOST_NUMBERS / columns.width.pow(2);
         let units = Unit::all(runs, scale.change_samples, most_blocks);
@@ -140,8 +145,7 @@ impl<'a> Measured<'a> {
         } else {
             None
         };
-        let model_columns = model.map(|own| own.0);
-        let sums = Sums::collect(runs, &columns, model_columns, (&units, noise), progress)?;
+        let sums = Sums::collect(runs, &columns, model, (&units, noise), progress)?;
         Ok(Some(Self {
             n_recordings: runs.len(),
             full_scale,
@@ -149,30 +153,16 @@ impl<'a> Measured<'a> {
             columns,
             units,
             sums,
-            model_ridge: model.map_or(0.0, |own| own.1),
+            model_ridge: model.map_or(0.0, |own| own.ridge),
         }))
     }
 
     /// Returns where the held-out error comes from, on each axis and over the axes of each pool: that of the conventional
-    /// calibration, or that of the model.
+    /// calibration, or that of the model. Errors are also split where load cases are missing.
     ///
     /// # Errors
     /// [`Cancelled`] if the work was cancelled.
     pub fn budget(
-        &self,
-        pools: &[Vec<usize>],
-        of_model: bool,
-        progress: &Progress,
-    ) -> Result<Budget, Cancelled> {
-        let guarded = |own: Vec<Result<Shares, NoBudget>>| {
-            own.into_iter().map(|own| own.and_then(Shares::if_loads_suffice)).collect()
-        };
-        let found = self.split(pools, of_model, progress)?;
-        Ok(Budget { axes: guarded(found.axes), pools: guarded(found.pools), ..found })
-    }
-
-    /// Splits the errors by cause, also where load cases are missing.
-    fn split(
         &self,
         pools: &[Vec<usize>],
         of_model: bool,
@@ -200,6 +190,7 @@ impl<'a> Measured<'a> {
         };
         let with_columns = sums.of_causes.iter().map(|own| own.0);
         let tested: Vec<Cause> = with_columns.chain(held_out.of_units.iter().copied()).collect();
+        let in_model = if of_model { sums.causes_in(&held_out.base, IN_MODEL) } else { Vec::new() };
         let decision = Decision {
             errors: &errors,
             n_samples: &sums.n_samples,
@@ -217,7 +208,7 @@ impl<'a> Measured<'a> {
             noise_is_known: noise.is_some(),
             change_samples: scale.change_samples,
             n_recordings: self.n_recordings,
-            in_model: if of_model { sums.causes_in(&held_out.base, IN_MODEL) } else { Vec::new() },
+            in_model,
             axes: (0..full_scale.len()).map(|axis| decision.shares(&[axis])).collect(),
             pools: pools.iter().map(|axes| decision.shares(axes)).collect(),
             tested,

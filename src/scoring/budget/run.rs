@@ -36,15 +36,15 @@ pub struct Run<'a> {
 pub type ColumnStream<'a> = Box<dyn FnMut(usize, &mut [f64]) + 'a>;
 
 /// Columns that a compensated calibration adds to the gauges.
-pub trait ModelColumns: Sync {
-    /// Returns the number of columns.
-    fn n_columns(&self) -> usize;
+#[derive(Clone, Copy)]
+pub struct Model<'a> {
+    /// Number of the columns.
+    pub n_columns: usize,
+    /// Ridge on these columns, per sample.
+    pub ridge: f64,
     /// Returns the columns of a run from its first sample on, as the calibration computes them after a cold start.
-    fn stream(&self, run: usize) -> ColumnStream<'_>;
+    pub stream: &'a (dyn Fn(usize) -> ColumnStream<'a> + Sync),
 }
-
-/// Columns of a calibration beside the gauges, and the ridge on them, per sample; `None` for the conventional calibration.
-pub type Model<'a> = Option<(&'a dyn ModelColumns, f64)>;
 
 /// Contiguous samples of one recording that cross-validation leaves out together: the whole recording, or a segment if there
 /// are fewer than three recordings.

@@ -6,7 +6,7 @@ use crate::{
     calibration::t_beyond,
     scoring::budget::{
         cause::{Cause, Causes},
-        held_out::{AllErrors, SetErrors},
+        held_out::{AllErrors, AxisErrors},
     },
 };
 
@@ -29,8 +29,6 @@ const ALTERNATIVE: f64 = 0.8;
 const ALTERNATIVE_OF_ZEROS: f64 = 0.5;
 /// Minimum number of blocks for a budget.
 const FEWEST_BLOCKS: usize = 4;
-/// Ratio of the held-out to the in-sample mean squared error, above which the recordings load different axes.
-const MOST_OVER_IN_SAMPLE: f64 = 4.0;
 /// Factor by which the scatter over blocks becomes a standard error that holds.
 const WIDER: f64 = 1.5;
 
@@ -101,34 +99,20 @@ pub struct Decision<'a> {
 struct OfSet<'a> {
     raw: Vec<f64>,
     systematic: Vec<f64>,
-    errors: &'a SetErrors,
+    axes: Vec<&'a AxisErrors>,
 }
 
 impl Shares {
-    /// Returns the shares of an error with another mean square.
-    pub fn scaled_to(self, total: f64) -> Self {
-        let factor = total / self.total;
-        let of_cause = |own: Share| Share {
-            square: factor * own.square,
-            standard_error: factor * own.standard_error,
-            ..own
-        };
-        Self {
-            total,
-            shares: self.shares.into_iter().map(of_cause).collect(),
-            noise: factor * self.noise,
-            unexplained: factor * self.unexplained,
-            factor: factor * self.factor,
-            ..self
+    /// Changes the mean square of the error.
+    pub fn scale_to(&mut self, total: f64) {
+        let factor = if total.is_finite() { total / self.total } else { 1.0 };
+        for own in &mut self.shares {
+            own.square *= factor;
+            own.standard_error *= factor;
         }
-    }
-
-    /// Returns the shares if they are those of the model, and not of missing load cases.
-    pub fn if_loads_suffice(self) -> Result<Self, NoBudget> {
-        if self.over_in_sample > MOST_OVER_IN_SAMPLE {
-            return Err(NoBudget::MissingLoads);
+        for own in [&mut self.total, &mut self.noise, &mut self.unexplained, &mut self.factor] {
+            *own *= factor;
         }
-        Ok(self)
     }
 }
 
@@ -137,34 +121,38 @@ impl Decision<'_> {
         if self.n_samples.len() < FEWEST_BLOCKS {
             return Err(NoBudget::TooFewSamples);
         }
-        let sets: Vec<Option<OfSet<'_>>> =
-            self.errors.iter().map(|own| own.as_ref().map(|own| self.of_set(own, axes))).collect();
-        let explained = Explained { decision: self, sets, axes };
-        let none = explained.set(Causes::default());
-        let n = explained.n();
-        let total = none.raw.iter().sum::<f64>() / n;
+        let n_axes = axes.len() as f64;
+        let sets = self.errors.iter();
+        let sets = sets.map(|errors| errors.as_ref().map(|errors| self.of_set(errors, axes)));
+        let explained = Explained {
+            sets: sets.collect(),
+            n: self.n_samples.iter().map(|n| n * n_axes).collect(),
+            tested: self.tested,
+        };
+        let total = explained.set(Causes::default()).raw.iter().sum::<f64>() / explained.n_total();
         if !total.is_finite() || total <= NO_ERROR {
             return Err(NoBudget::NoError);
         }
-        let in_sample =
-            axes.iter().map(|axis| self.in_sample[*axis]).sum::<f64>() / axes.len() as f64;
+        let in_sample = axes.iter().map(|axis| self.in_sample[*axis]).sum::<f64>() / n_axes;
         let over_in_sample = total / in_sample.max(1e-300);
         Ok(Shares { over_in_sample, ..explained.shares(total) })
     }
 
-    fn of_set<'a>(&self, errors: &'a SetErrors, axes: &[usize]) -> OfSet<'a> {
-        let noise: f64 = axes.iter().map(|axis| errors.noise[*axis].min(self.floor[*axis])).sum();
-        let raw = |block: usize| axes.iter().map(|axis| errors.squares[*axis][block]).sum();
+    fn of_set<'a>(&self, errors: &'a [AxisErrors], axes: &[usize]) -> OfSet<'a> {
+        let noise: f64 = axes.iter().map(|axis| errors[*axis].noise.min(self.floor[*axis])).sum();
+        let axes: Vec<&AxisErrors> = axes.iter().map(|axis| &errors[*axis]).collect();
+        let raw = |block: usize| axes.iter().map(|axis| axis.squares[block]).sum();
         let raw: Vec<f64> = (0..self.n_samples.len()).map(raw).collect();
         let systematic = raw.iter().zip(self.n_samples).map(|(square, n)| square - n * noise);
-        OfSet { systematic: systematic.collect(), raw, errors }
+        OfSet { systematic: systematic.collect(), raw, axes }
     }
 }
 
 struct Explained<'a> {
-    decision: &'a Decision<'a>,
     sets: Vec<Option<OfSet<'a>>>,
-    axes: &'a [usize],
+    /// Number of errors of each block.
+    n: Vec<f64>,
+    tested: &'a [Cause],
 }
 
 impl Explained<'_> {
@@ -172,16 +160,16 @@ impl Explained<'_> {
         self.sets[causes.index()].as_ref().expect("all sets of tested causes have errors")
     }
 
-    fn n(&self) -> f64 {
-        self.decision.n_samples.iter().sum::<f64>() * self.axes.len() as f64
+    fn n_total(&self) -> f64 {
+        self.n.iter().sum()
     }
 
     fn mean(&self, causes: Causes) -> f64 {
-        self.set(causes).systematic.iter().sum::<f64>() / self.n()
+        self.set(causes).systematic.iter().sum::<f64>() / self.n_total()
     }
 
     fn shares(&self, total: f64) -> Shares {
-        let tested = self.decision.tested;
+        let tested = self.tested;
         let best = self.best(total);
         let values: Vec<(Cause, Vec<f64>)> = (tested.iter().filter(|cause| best.contains(**cause)))
             .map(|cause| (*cause, self.shapley(best, *cause)))
@@ -190,16 +178,14 @@ impl Explained<'_> {
         let least = (LEAST_SHARE * total).max(LEAST_OF_REST * rest);
         let (mut shares, mut unnamed) = (Vec::new(), Vec::new());
         for (cause, value) in &values {
-            let square = value.iter().sum::<f64>() / self.n();
+            let square = value.iter().sum::<f64>() / self.n_total();
             if square < least {
                 unnamed.push((*cause, square));
                 continue;
             }
-            let deviations = value.iter().zip(self.decision.n_samples);
-            let scatter: f64 = deviations
-                .map(|(own, n)| (own - square * n * self.axes.len() as f64).powi(2))
-                .sum();
-            let standard_error = WIDER * scatter.sqrt() / self.n();
+            let deviations = value.iter().zip(&self.n).map(|(own, n)| (own - square * n).powi(2));
+            let scatter: f64 = deviations.sum();
+            let standard_error = WIDER * scatter.sqrt() / self.n_total();
             let or = self.alternatives(best, *cause);
             shares.push(Share { cause: *cause, square, standard_error, or });
         }
@@ -219,7 +205,7 @@ impl Explained<'_> {
 
     /// Returns the set of causes that the data need.
     fn best(&self, total: f64) -> Causes {
-        let tested = self.decision.tested;
+        let tested = self.tested;
         let sets = Causes::subsets(tested);
         let cost = |set: &Causes| self.mean(*set) + PER_CAUSE * total * set.len() as f64;
         let best = sets.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
@@ -249,26 +235,26 @@ impl Explained<'_> {
     fn needed(&self, set: Causes, cause: Cause, total: f64) -> f64 {
         let (with, without) = (self.set(set), self.set(set.without(cause)));
         let gain = (without.systematic.iter().sum::<f64>() - with.systematic.iter().sum::<f64>())
-            / self.n();
+            / self.n_total();
         let certain = match Cause::OF_UNITS.iter().position(|own| *own == cause) {
             Some(at) => {
-                let gains = self.axes.iter().map(|axis| with.errors.gains[at][*axis]);
+                let gains = with.axes.iter().map(|axis| axis.gains[at]);
                 let (gain, variance) =
                     gains.fold((0.0, 0.0), |sum, own| (sum.0 + own.0, sum.1 + own.1));
                 gain / (variance + 1e-300).sqrt() / LEAST_GAIN
             }
-            None => certainty(without, with) / critical(self.decision.n_samples.len()),
+            None => certainty(without, with) / critical(self.n.len()),
         };
         certain.min(gain / (LEAST_SHARE * total))
     }
 
     /// Returns the Shapley value of a cause in a set, for each block.
     fn shapley(&self, set: Causes, cause: Cause) -> Vec<f64> {
-        let others: Vec<Cause> = (self.decision.tested.iter().copied())
+        let others: Vec<Cause> = (self.tested.iter().copied())
             .filter(|own| set.contains(*own) && *own != cause)
             .collect();
         let factorial = |n: usize| (1..=n).map(|k| k as f64).product::<f64>();
-        let mut value = vec![0.0; self.decision.n_samples.len()];
+        let mut value = vec![0.0; self.n.len()];
         for before in Causes::subsets(&others) {
             let after = others.len() - before.len();
             let weight = factorial(before.len()) * factorial(after) / factorial(set.len());
@@ -291,7 +277,7 @@ impl Explained<'_> {
             !set.contains(*other)
                 && self.mean(without) - self.mean(without.with(*other)) > share * gain
         };
-        self.decision.tested.iter().copied().filter(is_alternative).collect()
+        self.tested.iter().copied().filter(is_alternative).collect()
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
             columns::{Columns, Rows},
             held_out::{picked, solve},
             noise::{CHUNK, Noise},
-            run::{ModelColumns, Run, Unit},
+            run::{Model, Run, Unit},
         },
         inverse::inverse_above,
     },
@@ -61,7 +61,7 @@ impl Sums {
     pub fn collect(
         runs: &[Run<'_>],
         columns: &Columns,
-        model: Option<&dyn ModelColumns>,
+        model: Option<Model<'_>>,
         (units, noise): (&[Unit], Option<Noise>),
         progress: &Progress,
     ) -> Result<Self, Cancelled> {

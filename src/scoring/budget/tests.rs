@@ -98,7 +98,7 @@ fn rows_without_times_have_no_lag_creep_or_drift() {
     let tested = |has_times: bool| {
         let (runs, progress) = (runs_of(&samples, 1, has_times), Progress::default());
         let measured = Measured::of(&runs, &[50.0], None, &progress).unwrap().unwrap();
-        let found = measured.split(&[vec![0]], false, &progress).unwrap();
+        let found = measured.budget(&[vec![0]], false, &progress).unwrap();
         let of_time = [Cause::Creep, Cause::Lag, Cause::Drift];
         (
             of_time.map(|cause| found.tested.contains(&cause)),
@@ -120,7 +120,7 @@ fn shares_equal_those_of_numpy() {
         let pools = vec![(0..full_scale.len()).collect::<Vec<usize>>()];
         let progress = Progress::default();
         let measured = Measured::of(&runs, &full_scale, None, &progress).unwrap().unwrap();
-        let found = measured.split(&pools, false, &progress).unwrap();
+        let found = measured.budget(&pools, false, &progress).unwrap();
         let change = expected["h10"].as_f64().unwrap();
         assert!((found.change_samples - change).abs() < 1e-9 * change, "{}", found.change_samples);
         for (axis, expected) in expected["axes"].as_array().unwrap().iter().enumerate() {

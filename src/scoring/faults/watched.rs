@@ -169,101 +169,66 @@ fn looked_at(n: usize) -> std::iter::StepBy<Range<usize>> {
     (0..n).step_by(n.div_ceil(LOOKED_AT).max(1))
 }
 
-/// Values of all channels of a recording in the samples to which expected values are fitted.
-pub struct Sampled {
-    samples: Vec<usize>,
-    channels: Vec<(Channel, Vec<f64>)>,
-}
-
-impl Sampled {
-    pub fn of(recording: &Recording, channels: &[Channel]) -> Self {
-        let samples: Vec<usize> = looked_at(recording.n_samples()).collect();
-        let values = |channel: &Channel| {
-            (*channel, samples.iter().map(|k| channel.at(recording, *k)).collect())
-        };
-        Self { channels: channels.iter().map(values).collect(), samples }
-    }
-
-    fn values(&self, channel: Channel) -> &[f64] {
-        let found = self.channels.iter().find(|(known, _)| *known == channel);
-        found.map_or(&[], |(_, values)| values)
-    }
-}
-
 /// Expected value of a channel: a linear function of the other channels.
 #[derive(Debug)]
 pub struct Expected {
-    /// For each of the other channels: its mean, which is subtracted, and its factor.
-    by: Vec<(Channel, f64, f64)>,
+    /// The other channels, each with its factor.
+    by: Vec<(Channel, f64)>,
     constant: f64,
     /// Standard deviation of the channel from its expected value, robust against outliers.
     sigma: f64,
 }
 
 impl Expected {
-    /// Fits the expected value of a channel to the samples in which it is neither at an extreme nor stuck.
-    pub fn of(sampled: &Sampled, own: &Own, by: Vec<Channel>) -> Option<Self> {
+    /// Fits the expected value of a channel by least squares [`FITS`] times, to the samples in which it is neither at an extreme
+    /// nor stuck, each time without the outliers of the previous fit.
+    pub fn of(recording: &Recording, own: &Own, by: &[Channel]) -> Option<Self> {
+        let samples: Vec<usize> = looked_at(recording.n_samples()).collect();
+        let values = |channel: &Channel| -> Vec<f64> {
+            samples.iter().map(|k| channel.at(recording, *k)).collect()
+        };
+        let (value, others) = (values(&own.channel), by.iter().map(values).collect::<Vec<_>>());
         let is_flat = |k: usize| {
             let at = own.flat.partition_point(|run| run.end <= k);
             own.flat.get(at).is_some_and(|run| run.start <= k)
         };
-        let value = sampled.values(own.channel);
-        let is_inside =
-            |row: &usize| !own.piles_up.contains(&value[*row]) && !is_flat(sampled.samples[*row]);
-        let fewest = 2 * (by.len() + 1);
         // Saturated or stuck samples would distort the fit. For a load they are included, because a load that is set in steps
         // stands still most of the time.
         let is_load = matches!(own.channel, Channel::Load(_));
-        let all = 0..value.len();
-        let mut rows: Vec<usize> = all.clone().filter(|row| is_load || is_inside(row)).collect();
+        let is_inside = |row: &usize| {
+            is_load || !(own.piles_up.contains(&value[*row]) || is_flat(samples[*row]))
+        };
+        let n = by.len();
+        let fewest = 2 * (n + 1);
+        let mut rows: Vec<usize> = (0..samples.len()).filter(is_inside).collect();
         if rows.len() < fewest {
-            rows = all.collect();
+            rows = (0..samples.len()).collect();
         }
-        if by.is_empty() || rows.len() < fewest {
+        if n == 0 || rows.len() < fewest {
             return None;
         }
-        let scaled: Vec<(Channel, f64, f64)> = (by.into_iter())
-            .map(|channel| {
-                let values = sampled.values(channel);
-                let values = rows.iter().map(|row| values[*row]);
-                let mean = values.clone().sum::<f64>() / rows.len() as f64;
-                let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
-                let deviation = (squares / rows.len() as f64).sqrt();
-                (channel, mean, if deviation > 0.0 { 1.0 / deviation } else { 0.0 })
-            })
-            .collect();
-        Self::fitted(sampled, own, &scaled, rows)
-    }
-
-    /// Fits the expected value by least squares [`FITS`] times, each time without the outliers of the previous fit.
-    fn fitted(
-        sampled: &Sampled,
-        own: &Own,
-        scaled: &[(Channel, f64, f64)],
-        mut rows: Vec<usize>,
-    ) -> Option<Self> {
-        let value = sampled.values(own.channel);
-        let others: Vec<&[f64]> =
-            scaled.iter().map(|(channel, ..)| sampled.values(*channel)).collect();
+        // Mean and standard deviation of each of the other channels.
+        let scales = others.iter().map(|values| {
+            let values = || rows.iter().map(|row| values[*row]);
+            let mean = values().sum::<f64>() / rows.len() as f64;
+            let square = values().map(|value| (value - mean).powi(2)).sum::<f64>();
+            let deviation = (square / rows.len() as f64).sqrt();
+            (mean, if deviation > 0.0 { deviation } else { f64::INFINITY })
+        });
+        let scales: Vec<(f64, f64)> = scales.collect();
         let mut found = None;
         for _ in 0..FITS {
-            let mean = rows.iter().map(|row| value[*row]).sum::<f64>() / rows.len() as f64;
-            let scaled_at = |row: usize, at: usize| {
-                let (_, mean, factor) = scaled[at];
-                (others[at][row] - mean) * factor
-            };
-            let solved = factors(scaled.len(), &rows, scaled_at, |row| value[row] - mean);
-            let by = scaled.iter().zip(&solved);
-            let by: Vec<(Channel, f64, f64)> = by
-                .map(|((channel, mean, factor), solved)| (*channel, *mean, solved * factor))
-                .collect();
-            let constant = mean + solved[scaled.len()];
-            let off = |row: usize| {
-                let by = by.iter().zip(&others);
-                let by = by.map(|((_, mean, factor), values)| (values[row] - mean) * factor);
-                (value[row] - (constant + by.sum::<f64>())).abs()
-            };
-            let offs: Vec<f64> = rows.iter().map(|row| off(*row)).collect();
+            let columns = Mat::from_fn(rows.len(), n + 1, |row, at| match scales.get(at) {
+                Some((mean, deviation)) => (others[at][rows[row]] - mean) / deviation,
+                None => 1.0,
+            });
+            let targets = Mat::from_fn(rows.len(), 1, |row, _| value[rows[row]]);
+            // A small ridge shrinks the factors, because channels may be collinear.
+            let mut products = columns.transpose() * &columns;
+            (0..n).for_each(|at| products[(at, at)] += RIDGE * RIDGE * rows.len() as f64);
+            let solved = products.llt(Side::Lower).ok()?.solve(columns.transpose() * &targets);
+            let offs = targets - columns * &solved;
+            let offs: Vec<f64> = offs.col(0).iter().map(|off| off.abs()).collect();
             let sigma = 1.4826 * median(offs.iter().copied())?;
             // If a load mostly stands still, the median error is small. The larger errors from hysteresis while it moves must
             // not count as outliers.
@@ -272,9 +237,13 @@ impl Expected {
             let (near, offs): (Vec<usize>, Vec<f64>) = near.unzip();
             let squares: f64 = offs.iter().map(|off| off.powi(2)).sum();
             let sigma = sigma.max((squares / near.len().max(1) as f64).sqrt());
-            let is_finite = by.iter().all(|(_, _, factor)| factor.is_finite());
-            found = Some(Self { by, constant, sigma }).filter(|_| is_finite && sigma.is_finite());
-            if near.len() <= scaled.len() + 1 || near.len() == rows.len() {
+            let factors = scales.iter().enumerate().map(|(at, scale)| solved[(at, 0)] / scale.1);
+            let by: Vec<(Channel, f64)> = by.iter().copied().zip(factors).collect();
+            let means = by.iter().zip(&scales).map(|((_, factor), (mean, _))| factor * mean);
+            let constant = solved[(n, 0)] - means.sum::<f64>();
+            found = Some(Self { by, constant, sigma })
+                .filter(|own| own.constant.is_finite() && own.sigma.is_finite());
+            if near.len() <= n + 1 || near.len() == rows.len() {
                 break;
             }
             rows = near;
@@ -283,8 +252,7 @@ impl Expected {
     }
 
     pub fn at(&self, recording: &Recording, k: usize) -> f64 {
-        let by = self.by.iter();
-        let by = by.map(|(channel, mean, factor)| (channel.at(recording, k) - mean) * factor);
+        let by = self.by.iter().map(|(channel, factor)| channel.at(recording, k) * factor);
         self.constant + by.sum::<f64>()
     }
 
@@ -298,27 +266,6 @@ impl Expected {
         let cut = values.len().div_ceil(10);
         if values.len() > 2 * cut { values[values.len() - 1 - cut] - values[cut] } else { 0.0 }
     }
-}
-
-/// Returns the least-squares factors of the first `n` columns, and the constant. A small ridge shrinks the factors, because
-/// channels may be collinear.
-fn factors(
-    n: usize,
-    rows: &[usize],
-    scaled: impl Fn(usize, usize) -> f64,
-    target: impl Fn(usize) -> f64,
-) -> Vec<f64> {
-    let value = |row: usize, column| if column < n { scaled(rows[row], column) } else { 1.0 };
-    let columns = Mat::from_fn(rows.len(), n + 1, value);
-    let targets = Mat::from_fn(rows.len(), 1, |row, _| target(rows[row]));
-    let mut products = columns.transpose() * &columns;
-    for i in 0..n {
-        products[(i, i)] += RIDGE * RIDGE * rows.len() as f64;
-    }
-    let right = columns.transpose() * targets;
-    let solved = products.llt(Side::Lower).map(|parts| parts.solve(&right));
-    let solved = solved.unwrap_or_else(|_| Mat::full(n + 1, 1, f64::NAN));
-    solved.col(0).iter().copied().collect()
 }
 
 /// Channel of a recording, with the properties of its values and the values that other channels predict for it.
@@ -368,12 +315,10 @@ impl Watched<'_> {
         };
         let entered = entered.and_then(|range| range.of(gauge));
         let tared_by = self.recording.tared_by(gauge);
+        let limit = |extreme: f64| self.is_clipped(extreme).then_some(extreme);
         let limits = match entered {
             Some((low, high)) => (Some(low - tared_by), Some(high - tared_by)),
-            None => {
-                let limit = |extreme: f64| self.is_clipped(extreme).then_some(extreme);
-                (limit(self.own.low), limit(self.own.high))
-            }
+            None => (limit(self.own.low), limit(self.own.high)),
         };
         let beyond = |k: usize| {
             let value = self.value(k);

@@ -1,16 +1,15 @@
 //! Finds axes whose reference is clipped: the recorded load stays at a limit while the gauges rise further.
 
+use faer::Mat;
+
 use crate::{
+    calibration::NormalEquations,
     finding::{Finding, Id, Verdict},
     recording::Recording,
     scoring::{
         faults::are_of_one_table,
         numbers::{percent, significant},
-        rig::{
-            Rig,
-            fits::{self, Shape},
-            units,
-        },
+        rig::{BLOCK, Rig, fits::Fit},
     },
     shown::counted,
 };
@@ -36,7 +35,7 @@ impl Rig {
     /// again, or it returns to exactly its maximum although all its other peaks differ.
     pub fn clipped_reference(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let shape = &self.shape;
-        let back = fits::backward(&self.total(|_| true), shape);
+        let back = Fit::backward(&self.total(|_| true), shape).map;
         let mut found = Vec::new();
         for (at, axis) in shape.axes.iter().enumerate() {
             // Recorded and predicted loads as shares of full scale.
@@ -89,22 +88,41 @@ impl Rig {
     /// Returns the mean excess of the predicted over the recorded load where the recorded load is `end`, and the RMS error
     /// of the other samples. The prediction from the gauges, their squares and cubes is fitted to the other samples.
     fn excess(&self, recordings: &[&Recording], axis: usize, end: f64) -> (f64, f64) {
-        let shape = Shape { n_gauges: 3 * self.shape.n_gauges, ..self.shape.clone() };
-        let column = shape.axes_in(recordings[0])[axis];
-        let sums_of = |wanted: bool| {
-            let is_used = |own: usize, k: usize| {
-                let own = recordings[own];
-                let load = own.loads()[k * own.axes().len() + column];
-                (load / shape.full_scale[axis] == end) == wanted
-            };
-            let powers = |gauges: &[f64], row: &mut Vec<f64>| {
-                let all =
-                    (1..=3).flat_map(|power| self.standard(gauges).map(move |own| own.powi(power)));
-                row.extend(all);
-            };
-            fits::sum(units(recordings, &self.runs, &shape, powers, is_used).iter(), &shape)
-        };
-        fits::excess(&sums_of(false), &sums_of(true), axis, &shape)
+        // Columns: one, the gauges with their squares and cubes, and the load.
+        let output = 1 + 3 * self.shape.n_gauges;
+        let mut sums = [(); 2].map(|()| NormalEquations::new(output + 1, 0));
+        let stride = sums[0].stride();
+        let mut rows = [Vec::new(), Vec::new()];
+        for recording in recordings {
+            let at = self.shape.axes_in(recording)[axis];
+            for k in 0..recording.n_samples() {
+                let load = recording.loads()[k * recording.axes().len() + at];
+                let load = load / self.shape.full_scale[axis];
+                let is_end = usize::from(load == end);
+                let rows: &mut Vec<f64> = &mut rows[is_end];
+                rows.push(1.0);
+                for power in 1..=3 {
+                    rows.extend(self.standard(recording.gauges_at(k)).map(|own| own.powi(power)));
+                }
+                rows.push(load);
+                rows.resize(rows.len().next_multiple_of(stride), 0.0);
+                if rows.len() >= BLOCK * stride {
+                    sums[is_end].add_rows(rows);
+                    rows.clear();
+                }
+            }
+        }
+        let [others, at_end] = [0, 1].map(|is_end| {
+            sums[is_end].add_rows(&rows[is_end]);
+            Mat::from_fn(output + 1, output + 1, |i, j| sums[is_end].feature_product(i, j))
+        });
+        let freedom = others[(0, 0)] - output as f64;
+        if freedom < output as f64 {
+            return (0.0, f64::INFINITY);
+        }
+        let inputs: Vec<usize> = (0..output).collect();
+        let fit = Fit::of(&others, &inputs, output..output + 1);
+        (-fit.means(&at_end)[0], (fit.squares(&others)[0] / freedom).sqrt())
     }
 
     /// Returns for each sample the load of an axis and its prediction from the gauges, as shares of full scale.
@@ -118,7 +136,7 @@ impl Rig {
         let rows = of.gauges().chunks_exact(self.shape.n_gauges);
         let loads = of.loads()[at..].iter().step_by(of.axes().len());
         loads.zip(rows).map(move |(load, row)| {
-            let shown = self.standard(row).enumerate().map(|(at, own)| back[at] * own);
+            let shown = self.standard(row).enumerate().map(|(at, own)| back[1 + at] * own);
             (load / self.shape.full_scale[axis], shown.sum())
         })
     }

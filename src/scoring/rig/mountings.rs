@@ -16,9 +16,8 @@ use crate::{
         numbers::{percent, significant},
         rig::{
             Rig,
-            cause::matters,
-            fits::{self, Forward, Shape},
-            steps::{Steps, step_at},
+            fits::{Fit, Shape},
+            steps::{Row, Steps, step_at},
         },
     },
     shown::counted,
@@ -39,26 +38,14 @@ const EXACT: f64 = 1e-5;
 const SMALLEST: f64 = 0.002;
 const UNPAIRED: f64 = 0.05;
 
-/// Row of a table, or several rows in succession with one load: the rows of the file, counted from 0, and mean values.
-struct Row {
-    first: usize,
-    last: usize,
-    case: usize,
-    n: f64,
-    /// Gauges, then loads.
-    values: Vec<f64>,
-}
-
 impl Rig {
     /// Returns findings of tables whose zeros differ between blocks of rows.
     pub fn mountings(&self, recordings: &[&Recording]) -> Vec<Finding> {
         let tables = recordings.chunk_by(|a, b| are_of_one_table(a, b));
-        tables
-            .filter(|cases| cases.len() > 1)
-            .filter_map(|cases| self.mountings_of(cases))
-            .collect()
+        tables.filter_map(|cases| self.mountings_of(cases)).collect()
     }
 
+    /// Returns the rows of a table in the order of its file. Rows in succession with one load are one row.
     fn rows(&self, cases: &[&Recording]) -> Vec<Row> {
         let places = cases.iter().enumerate();
         let places = places.flat_map(|(case, own)| (0..own.n_samples()).map(move |k| (case, k)));
@@ -70,77 +57,67 @@ impl Rig {
             let own = cases[case];
             let loads = axes.iter().zip(&self.shape.full_scale);
             let loads = loads.map(|(axis, full)| own.loads()[k * own.axes().len() + axis] / full);
-            let values = self.standard(own.gauges_at(k)).chain(loads);
-            let number = own.times()[k] as usize;
-            if rows.last().is_none_or(|row| row.case != case) {
-                let values = vec![0.0; self.shape.width() - 2];
-                rows.push(Row { first: number, last: number, case, n: 0.0, values });
+            if rows.last().is_none_or(|row| row.group != case) {
+                rows.push(Row::new(case, self.shape.width() - 2));
             }
-            let Some(row) = rows.last_mut() else { continue };
-            row.last = number;
-            row.n += 1.0;
-            let means = row.values.iter_mut().zip(values);
-            means.for_each(|(mean, value)| *mean += (value - *mean) / row.n);
+            let values = self.standard(own.gauges_at(k)).chain(loads);
+            rows.last_mut().expect("there is a row").add(own.times()[k], values);
         }
         rows
     }
 
     fn mountings_of(&self, cases: &[&Recording]) -> Option<Finding> {
+        if !cases[0].is_load_case() {
+            return None;
+        }
         let (rows, shape) = (self.rows(cases), &self.shape);
         let (starts, smallest) = starts(&rows, shape)?;
         let ends = starts.iter().skip(1).copied().chain([rows.len()]);
         let blocks: Vec<&[Row]> =
             starts.iter().zip(ends).map(|(from, to)| &rows[*from..to]).collect();
-        let [one, each] = [&[&*rows], &*blocks].map(|blocks| sums(blocks, shape));
-        let inverse = Forward::of(&each, shape).inverse(shape);
-        // Load that the zero of a block looks like, apart from a constant.
-        let zero = |block: &[Row], axis: usize| {
-            mean(block, |row| {
-                let shown = (0..shape.n_gauges).map(|at| inverse[(axis, at)] * row.values[at]);
-                shown.sum::<f64>() - row.values[shape.n_gauges + axis]
-            })
-        };
-        let of_block = |block: &&[Row]| -> Vec<f64> {
-            (0..shape.axes.len()).map(|axis| zero(block, axis)).collect()
-        };
-        let zeros: Vec<Vec<f64>> = blocks.iter().map(of_block).collect();
-        let spread = |axis: usize| {
-            let ends: MinMax = zeros.iter().map(|own| own[axis]).collect();
-            ends.span()
-        };
+        let inverse = Fit::forward(&sums(&blocks, shape), shape).inverse(shape);
+        // Loads that the zeros of a block look like, apart from a constant.
+        let zeros = blocks.iter().map(|block| -> Vec<f64> {
+            let means = means(block);
+            let (gauges, loads) = means.split_at(shape.n_gauges);
+            let shown = |(axis, load): (usize, &f64)| {
+                gauges.iter().enumerate().map(|(at, own)| inverse[(axis, at)] * own).sum::<f64>()
+                    - load
+            };
+            loads.iter().enumerate().map(shown).collect()
+        });
+        let zeros: Vec<Vec<f64>> = zeros.collect();
+        let spread = |axis: usize| zeros.iter().map(|own| own[axis]).collect::<MinMax>().span();
         let most = (0..shape.axes.len()).max_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
         if spread(most) < smallest {
             return None;
         }
-        let [with, without] =
-            [(&one, 1), (&each, blocks.len())].map(|(sums, n)| fits::fit_error(sums, n, shape));
-        let ends = |block: &&[Row]| [block[0].first + 1, block[block.len() - 1].last + 1];
-        let ranges: Vec<[usize; 2]> = blocks.iter().map(ends).collect();
+        let ranges: Vec<[usize; 2]> = blocks
+            .iter()
+            .map(|block| [block[0].first + 1, block[block.len() - 1].last + 1])
+            .collect();
         let words: Vec<String> = ranges.iter().map(|[from, to]| format!("{from}–{to}")).collect();
+        let axis = shape.axes[most];
         let seen = format!(
             "the table has {}: the zeros of the gauges differ between the rows {}",
             counted(blocks.len(), "mounting"),
             words.join(", ")
         );
-        let axis = shape.axes[most];
         let figures = format!(
-            "by up to {} {} of {}, {} of full scale; the error of a conventional fit is {} of full scale, and {} with a zero for each mounting",
+            "by up to {} {} of {}, {} of full scale",
             significant(spread(most) * shape.full_scale[most], 3),
             axis.unit(),
             axis.symbol(),
             percent(spread(most)),
-            percent(with),
-            percent(without),
         );
+        let axes: Vec<&str> = shape.axes.iter().map(|axis| axis.symbol()).collect();
         let facts = ranges.iter().zip(&zeros).map(|(rows, own)| {
             let change = |axis: usize| (own[axis] - zeros[0][axis]) * shape.full_scale[axis];
             let changes: Vec<f64> = (0..shape.axes.len()).map(change).collect();
-            let axes: Vec<&str> = shape.axes.iter().map(|axis| axis.symbol()).collect();
             json!({ "rows": rows, "axes": axes, "zero_compared_with_first": changes })
         });
-        let severity = if matters(with, without) { Verdict::Doubtful } else { Verdict::Enough };
-        let found = Finding::new(Id::Mountings, severity, seen).with(figures);
-        Some(found.costing((with - without).max(0.0)).facts(facts.collect()))
+        let found = Finding::new(Id::Mountings, Verdict::Doubtful, seen).with(figures);
+        Some(found.costing(spread(most)).facts(facts.collect()))
     }
 }
 
@@ -148,22 +125,19 @@ impl Rig {
 fn sums(blocks: &[&[Row]], shape: &Shape) -> Mat<f64> {
     let mut sums = Mat::<f64>::zeros(shape.width(), shape.width());
     for block in blocks {
-        let means: Vec<f64> =
-            (0..shape.width() - 2).map(|at| mean(block, |row| row.values[at])).collect();
+        let means = means(block);
         for row in *block {
-            let off = |at: usize| match at {
-                0 => 1.0,
-                1 => 0.0,
-                at => row.values[at - 2] - means[at - 2],
-            };
-            sums += Mat::from_fn(shape.width(), shape.width(), |i, j| off(i) * off(j));
+            let values = row.values.iter().zip(&means).map(|(value, mean)| value - mean);
+            let values: Vec<f64> = [1.0, 0.0].into_iter().chain(values).collect();
+            sums += Mat::from_fn(values.len(), values.len(), |i, j| values[i] * values[j]);
         }
     }
     sums
 }
 
-fn mean(block: &[Row], value: impl Fn(&Row) -> f64) -> f64 {
-    block.iter().map(value).sum::<f64>() / block.len() as f64
+fn means(block: &[Row]) -> Vec<f64> {
+    let mean = |at: usize| block.iter().map(|row| row.values[at]).sum::<f64>() / block.len() as f64;
+    (0..block[0].values.len()).map(mean).collect()
 }
 
 /// Returns the first row of each mounting, if there are several, and the smallest difference of zeros to report.

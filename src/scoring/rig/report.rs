@@ -19,7 +19,7 @@ use crate::{
             cause::{Cause, Contradiction, Where, matters},
         },
     },
-    shown::first,
+    shown::{first, joined},
 };
 
 /// Pairs of units that are often confused: the factor between the two units, and a text that names the confusion.
@@ -112,43 +112,42 @@ fn are_sorted_by_load(training: &[&Recording]) -> bool {
 
 impl Contradiction {
     fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
-        let value = self.values.first().copied().unwrap_or(1.0);
-        let axes = |own: &[usize]| -> String {
-            let symbols: Vec<&str> = own.iter().map(|axis| rig.axes()[*axis].symbol()).collect();
-            symbols.join(", ")
+        let value = self.value;
+        let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
+        let near = |factor: f64| (value / factor - 1.0).abs() < NEAR;
+        let unit = UNITS.iter().find(|(own, _)| is_load && (near(*own) || near(1.0 / own)));
+        let times = if (-1.25..-0.8).contains(&value) {
+            "has the opposite sign".to_owned()
+        } else {
+            format!("is {} times as large", significant(value, 3))
         };
-        let by = |what: String| match self.unit() {
-            Some(_) if value < 0.0 => format!("{what} has the opposite sign"),
-            _ => format!("{what} is {} times as large", significant(value, 3)),
+        let symbols =
+            |axes: &[usize]| joined(", ", axes.iter().map(|axis| rig.axes()[*axis].symbol()));
+        let of_load = |axes: &[usize]| {
+            let symbols = symbols(axes);
+            (Id::ReferenceScale, format!("the load on {symbols} that the gauges show {times}"))
+        };
+        let swapped = |a: &str, b: &str| {
+            (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
         };
         let (id, what) = match &self.cause {
             Cause::Tare => (Id::TareChanged, "the zeros of the gauges are different".to_owned()),
             Cause::Drift => (Id::ZerosDrift, "the zeros of the gauges drift with time".to_owned()),
             Cause::Gauge(gauge) => {
-                (Id::GaugeChanged, by(format!("the sensitivity of {}", gauges[*gauge])))
+                (Id::GaugeChanged, format!("the sensitivity of {} {times}", gauges[*gauge]))
             }
             // Gauges do not all change their sign, so it is the sign of the only load.
-            Cause::AllGauges if value < 0.0 && rig.axes().len() == 1 => {
-                (Id::ReferenceScale, by(format!("the load on {} that the gauges show", axes(&[0]))))
-            }
+            Cause::AllGauges if value < 0.0 && rig.axes().len() == 1 => of_load(&[0]),
             Cause::AllGauges => {
-                (Id::AllGaugesChanged, by("the sensitivity of all gauges".to_owned()))
+                (Id::AllGaugesChanged, format!("the sensitivity of all gauges {times}"))
             }
-            Cause::Axes(own) => {
-                (Id::ReferenceScale, by(format!("the load on {} that the gauges show", axes(own))))
-            }
+            Cause::Axes(axes) => of_load(axes),
             Cause::Rotation => {
                 let degrees = significant(value.to_degrees(), 2);
                 (Id::FrameTurned, format!("the frame of the reference is turned by {degrees}°"))
             }
-            Cause::SwappedGauges(a, b) => {
-                let [a, b] = [a, b].map(|gauge| &gauges[*gauge]);
-                (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
-            }
-            Cause::SwappedAxes(a, b) => {
-                let [a, b] = [a, b].map(|axis| axes(&[*axis]));
-                (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
-            }
+            Cause::SwappedGauges(a, b) => swapped(&gauges[*a], &gauges[*b]),
+            Cause::SwappedAxes(a, b) => swapped(&symbols(&[*a]), &symbols(&[*b])),
         };
         let place = match self.place {
             Where::From(first) if names.len() == 2 => {
@@ -161,27 +160,12 @@ impl Contradiction {
             Where::All => String::new(),
         };
         let [with, without] = [self.with, self.without].map(|own| significant(100.0 * own, 2));
-        let unit =
-            self.unit().filter(|_| value > 0.0).map(|own| format!("{own} would explain it; "));
+        let unit = unit.map_or_else(String::new, |(_, unit)| format!("{unit} would explain it; "));
         let figures = format!(
-            "{}the held-out error is {with} % of full scale, and {without} % after correction of this fault",
-            unit.unwrap_or_default()
+            "{unit}the held-out error is {with} % of full scale, and {without} % after correction of this fault"
         );
-        Finding::new(id, Verdict::Doubtful, format!("{place}{what}"))
-            .with(figures)
-            .costing(self.with - self.without)
-    }
-
-    /// Returns the text that explains a factor by confused units, or an empty text if the factor reverses the sign. `None` if
-    /// the factor fits neither.
-    fn unit(&self) -> Option<&'static str> {
-        let factor = *self.values.first()?;
-        let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
-        let near = |own: f64| (factor.abs() / own - 1.0).abs() < NEAR;
-        let unit = UNITS.iter().find(|(own, _)| near(*own) || near(1.0 / own)).map(|own| own.1);
-        let is_mirrored = (-1.25..-0.8).contains(&factor);
-        let is_gain = is_load || matches!(self.cause, Cause::Gauge(_));
-        (is_mirrored && is_gain).then_some("").or(unit.filter(|_| factor > 0.0 && is_load))
+        let found = Finding::new(id, Verdict::Doubtful, format!("{place}{what}"));
+        found.with(figures).costing(self.with - self.without)
     }
 }
 
@@ -249,11 +233,10 @@ pub fn lag(training: &[&Recording], progress: &Progress) -> Result<Option<Findin
         .filter_map(|(name, own)| Some((name, own.ok().filter(differs)?)))
         .map(|(name, own)| format!("{name} {} s", significant(own.seconds, 2)))
         .collect();
-    let (way, size) =
-        if worst.seconds > 0.0 { ("behind", worst.seconds) } else { ("ahead of", -worst.seconds) };
+    let way = if worst.seconds > 0.0 { "behind" } else { "ahead of" };
     let seen = format!(
         "the gauges are {way} the reference by {} s, which is {} samples",
-        significant(size, 2),
+        significant(worst.seconds.abs(), 2),
         significant(worst.samples.abs(), 2)
     );
     let mut figures = format!(
@@ -261,10 +244,8 @@ pub fn lag(training: &[&Recording], progress: &Progress) -> Result<Option<Findin
         percent(worst.explained_error_share)
     );
     if !others.is_empty() {
-        figures += &format!(
-            "; other recordings or gauges have other lags: {}",
-            first(NAMED, others.into_iter())
-        );
+        let others = first(NAMED, &others);
+        figures += &format!("; other recordings or gauges have other lags: {others}");
     }
     let cost = 1.0 - error_without(worst);
     Ok(Some(Finding::new(Id::Lag, Verdict::Doubtful, seen).with(figures).costing(cost)))

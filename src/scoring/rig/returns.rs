@@ -20,10 +20,11 @@ use crate::{
         rig::{
             Rig,
             cause::matters,
-            fits::Forward,
-            steps::{Steps, step_at},
+            fits::Fit,
+            steps::{Row, Steps, step_at},
         },
     },
+    shown::joined,
 };
 
 /// Width of a cell of the load (full scale), and the distance from its centre, in widths, at which a load leaves it.
@@ -53,14 +54,6 @@ const EDGE: f64 = 0.1;
 /// Smallest change that is reported (full scale).
 const SMALLEST: f64 = 0.002;
 
-/// Mean values over the samples of a visit, in the order errors, plays, creep.
-struct Visit {
-    cell: usize,
-    n: f64,
-    time: f64,
-    values: Vec<f64>,
-}
-
 /// Change of the zero of a load.
 struct Change {
     axis: usize,
@@ -81,7 +74,7 @@ impl Rig {
         recordings: &[&Recording],
         progress: &Progress,
     ) -> Result<Vec<Finding>, Cancelled> {
-        let fit = Forward::with_drift(&self.total(|_| true), &self.shape);
+        let fit = Fit::with_drift(&self.total(|_| true), &self.shape);
         let inverse = fit.inverse(&self.shape);
         let mut found = Vec::new();
         for own in recordings.iter().filter(|own| !own.is_static()) {
@@ -100,18 +93,19 @@ impl Rig {
         Ok(found)
     }
 
-    /// Returns the visits to cells that the load of a recording visits several times, in order of time.
+    /// Returns the visits to cells that the load of a recording visits several times, in order of time. The group of a visit
+    /// is its cell; its values are errors, plays and creep.
     fn visits(
         &self,
         of: &Recording,
         inverse: &Mat<f64>,
         progress: &Progress,
-    ) -> Result<Vec<Visit>, Cancelled> {
+    ) -> Result<Vec<Row>, Cancelled> {
         let (axes, times, duration) = (self.shape.axes_in(of), of.times(), of.duration_secs());
         let n_axes = axes.len();
         let mut cells: HashMap<(Vec<i32>, i32), usize> = HashMap::new();
         let mut places: HashMap<(usize, usize), usize> = HashMap::new();
-        let mut visits: Vec<Visit> = Vec::new();
+        let mut visits: Vec<Row> = Vec::new();
         let mut current = None;
         let mut centre = vec![f64::INFINITY; n_axes];
         let mut plays = vec![[0.0_f64; RADII.len()]; n_axes];
@@ -148,8 +142,8 @@ impl Rig {
                 let interval = ((times[k] - times[0]) / duration * INTERVALS) as usize;
                 current = cell.map(|cell| {
                     *places.entry((cell, interval)).or_insert_with(|| {
-                        let values = vec![0.0; n_axes * (1 + RADII.len() + TIME_CONSTANTS.len())];
-                        visits.push(Visit { cell, n: 0.0, time: 0.0, values });
+                        let n_values = n_axes * (1 + RADII.len() + TIME_CONSTANTS.len());
+                        visits.push(Row::new(cell, n_values));
                         visits.len() - 1
                     })
                 });
@@ -162,68 +156,65 @@ impl Rig {
                 shown.sum::<f64>() - loads[axis]
             };
             let history = plays.as_flattened().iter().chain(creep.as_flattened()).copied();
-            visit.n += 1.0;
-            visit.time += (times[k] - visit.time) / visit.n;
-            let values = (0..n_axes).map(error).chain(history);
-            let means = visit.values.iter_mut().zip(values);
-            means.for_each(|(mean, value)| *mean += (value - *mean) / visit.n);
+            visit.add(times[k], (0..n_axes).map(error).chain(history));
         }
         let mut counts = vec![0; cells.len()];
-        visits.iter().for_each(|visit| counts[visit.cell] += 1);
-        visits.retain(|visit| counts[visit.cell] > 1);
+        visits.iter().for_each(|visit| counts[visit.group] += 1);
+        visits.retain(|visit| counts[visit.group] > 1);
         visits.sort_by(|a, b| a.time.total_cmp(&b.time));
         Ok(visits)
     }
 
     fn changed(&self, of: &Recording, changes: &[Change]) -> Finding {
         let duration = of.duration_secs();
-        let amount = |own: &Change| {
+        let change = |own: &Change| own.amount * self.shape.full_scale[own.axis];
+        let text = |own: &Change| {
             let axis = self.shape.axes[own.axis];
-            let change = own.amount * self.shape.full_scale[own.axis];
-            let text = format!(
+            format!(
                 "the zero of {} {} by {} {} ({} of full scale)",
                 axis.symbol(),
-                if change > 0.0 { "rises" } else { "falls" },
-                significant(change.abs(), 3),
+                if own.amount > 0.0 { "rises" } else { "falls" },
+                significant(change(own).abs(), 3),
                 axis.unit(),
                 percent(own.amount.abs())
-            );
-            let facts = json!({
+            )
+        };
+        let fact = |own: &Change| {
+            json!({
                 "recording": of.name(),
-                "axis": axis.symbol(),
-                "unit": axis.unit(),
-                "change": change,
+                "axis": self.shape.axes[own.axis].symbol(),
+                "unit": self.shape.axes[own.axis].unit(),
+                "change": change(own),
                 "percent_of_full_scale": 100.0 * own.amount,
                 "at_secs": own.jumped_at,
                 "during_secs": own.jumped_at.is_none().then_some(duration),
-            });
-            (text, facts)
+            })
         };
-        let (texts, facts): (Vec<String>, _) = changes.iter().map(amount).unzip();
         let (id, place) = match changes[0].jumped_at {
             Some(secs) => (Id::ZeroJumped, format!("at once at {} s", significant(secs, 4))),
-            None if duration < 120.0 => {
-                (Id::DriftWithin, format!("steadily in {} s", significant(duration, 2)))
-            }
             None => {
-                (Id::DriftWithin, format!("steadily in {} min", significant(duration / 60.0, 2)))
+                let (time, unit) =
+                    if duration < 120.0 { (duration, "s") } else { (duration / 60.0, "min") };
+                (Id::DriftWithin, format!("steadily in {} {unit}", significant(time, 2)))
             }
         };
         let [with, without] = changes[0].errors;
-        let seen = format!("in {}, {place}, {}", of.name(), texts.join(", and "));
-        Finding::new(id, Verdict::Doubtful, seen).costing(with - without).facts(facts)
+        let texts = joined(", and ", changes.iter().map(text));
+        let found =
+            Finding::new(id, Verdict::Doubtful, format!("in {}, {place}, {texts}", of.name()));
+        found.costing(with - without).facts(changes.iter().map(fact).collect())
     }
 }
 
 /// Returns the change of the zero of an axis, if the visits show one.
-fn change(visits: &[Visit], axis: usize, n_axes: usize, duration: f64) -> Option<Change> {
+fn change(visits: &[Row], axis: usize, n_axes: usize, duration: f64) -> Option<Change> {
     let n = visits.len();
     let column = |at: usize| -> Vec<f64> { visits.iter().map(|own| own.values[at]).collect() };
     let errors = column(axis);
     let mean = errors.iter().sum::<f64>() / n as f64;
     let square = errors.iter().map(|error| (error - mean).powi(2)).sum::<f64>() / n as f64;
     let times: Vec<f64> = visits.iter().map(|own| own.time).collect();
-    let mut known = Steps::new(visits.iter().map(|own| own.cell).collect(), &[errors]);
+    let mut known = Steps::new(visits.iter().map(|own| own.group).collect(), &[errors]);
     let first_creep = (1 + RADII.len()) * n_axes;
     for at in n_axes..first_creep {
         known.explain(&column(at));

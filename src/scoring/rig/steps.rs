@@ -5,6 +5,34 @@ use crate::dot::dot;
 /// Share of a column's length that must be independent of the known columns.
 const INDEPENDENT: f64 = 1e-3;
 
+/// Mean values over successive samples at one load.
+pub struct Row {
+    /// Rows that are compared have the same group.
+    pub group: usize,
+    n: f64,
+    /// Mean time, and times or numbers of the first and the last sample.
+    pub time: f64,
+    pub first: usize,
+    pub last: usize,
+    pub values: Vec<f64>,
+}
+
+impl Row {
+    pub fn new(group: usize, n_values: usize) -> Self {
+        Self { group, n: 0.0, time: 0.0, first: 0, last: 0, values: vec![0.0; n_values] }
+    }
+
+    /// Adds a sample to the means. In a table, the time is the number of the row.
+    pub fn add(&mut self, time: f64, values: impl Iterator<Item = f64>) {
+        self.n += 1.0;
+        self.time += (time - self.time) / self.n;
+        self.last = time as usize;
+        self.first = if self.n > 1.0 { self.first } else { self.last };
+        let means = self.values.iter_mut().zip(values);
+        means.for_each(|(mean, value)| *mean += (value - *mean) / self.n);
+    }
+}
+
 /// Values of rows in order, after subtraction of the mean of each group of rows and of all that known columns explain.
 pub struct Steps {
     groups: Vec<usize>,
