@@ -14,7 +14,7 @@ use crate::{
     recording::{Role, Tare, simulated::Late},
     shown::file_name,
     ui::{
-        command::{Command, ImageTo, Out, Pane, TimeMove, Workspace},
+        command::{Command, ImageTo, Out, Pane, PathFor, TimeMove, Workspace},
         panes, plots, recordings_panel,
         scope::AxisChoice,
         settings_panel,
@@ -101,19 +101,25 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             "Open…",
             "Opens recordings, calibrations or sessions; files can also be dropped on the window",
             ctrl(Key::O),
-            Command::ChooseFiles,
+            Command::Choose(PathFor::Open),
+        ),
+        action(
+            "Open a typed path…",
+            "Opens the file or folder at a path that you type",
+            None,
+            Command::TypePath(PathFor::Open),
         ),
         action(
             "Import…",
             "Opens a recording whose columns have no names, and asks for the role of each column",
             ctrl_shift(Key::O),
-            Command::ChooseImport,
+            Command::Choose(PathFor::Import),
         ),
         action(
             "Follow a growing file…",
             "Shows the newest minute of a log file that is still being written, with the loads computed from its gauges",
             None,
-            Command::ChooseFollowed,
+            Command::Choose(PathFor::Follow),
         ),
     ];
     let recover = action(

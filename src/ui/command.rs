@@ -1,6 +1,5 @@
 //! Commands that panes, menus and keys send: each is an action of the engine (data, fits, files) or an action of the window.
 
-use std::path::PathBuf;
 
 use crate::{
     engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
@@ -104,6 +103,21 @@ pub enum ImageTo {
     File,
 }
 
+/// Purpose for which the user chooses a path.
+#[derive(Clone, Debug)]
+pub enum PathFor {
+    /// Files to open.
+    Open,
+    /// A file whose columns the user chooses.
+    Import,
+    /// A log file that is still being written.
+    Follow,
+    /// The folder that now holds the files of the session.
+    Locate,
+    /// The file to which this content is written.
+    Save(FileContent),
+}
+
 /// Command of the user to the engine or the window.
 #[derive(Clone, Debug)]
 pub enum Command {
@@ -155,14 +169,10 @@ pub enum Command {
     Image(egui::Rect, ImageTo),
     /// Tares the recording with this index by its gauges between the cursors.
     TareBetweenCursors(usize),
-    /// Asks which files to open.
-    ChooseFiles,
-    /// Asks which file to import.
-    ChooseImport,
-    /// Asks which growing log file to follow.
-    ChooseFollowed,
-    /// Asks for the folder that now holds the files of the session.
-    ChooseLost,
+    /// Opens the dialog that asks for a path.
+    Choose(PathFor),
+    /// Lets the user type the path, because the computer has no file dialog, or because the user prefers to type.
+    TypePath(PathFor),
     /// Asks where to write the calibration.
     ChooseExport,
     /// Asks where to write the report.
@@ -173,12 +183,6 @@ pub enum Command {
     SaveSession,
     /// Asks where to save the session.
     SaveSessionAs,
-    /// Asks for a path to which this content is written.
-    ChooseFileFor(FileContent),
-    /// Lets the user type a path to which this content is written, because the computer has no file dialog.
-    TypePathFor(FileContent),
-    /// The path that the user typed, or `None` if the user cancelled.
-    PathTyped(Option<PathBuf>),
 }
 
 impl Command {

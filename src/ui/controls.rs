@@ -1,10 +1,8 @@
 //! Controls that all panes use, each with a hover text.
 
-use std::path::PathBuf;
-
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, TextEdit, Ui,
+    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, Ui,
     UiBuilder, Widget, WidgetText,
 };
 
@@ -74,25 +72,6 @@ pub trait Controls {
         about: impl Into<WidgetText>,
     ) -> Response {
         self.labelled(label, field).on_hover_text(about)
-    }
-
-    /// Draws a field for a path, and a button. Returns the path if the user pressed the button, or Enter in the field.
-    fn path_field(
-        &mut self,
-        label: &str,
-        path: &mut String,
-        (width, hint): (f32, &str),
-        [about, button, does]: [&str; 3],
-    ) -> Option<PathBuf> {
-        let field = TextEdit::singleline(path).hint_text(hint).desired_width(width);
-        let field = self.field(
-            label,
-            field,
-            format!("{about}. The Enter key does the same as the button {button}"),
-        );
-        let entered = self.entered(&field);
-        let path = path.trim();
-        ((self.press(button, does) || entered) && !path.is_empty()).then(|| path.into())
     }
 
     /// Draws a button that copies a table to the clipboard.

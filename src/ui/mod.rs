@@ -58,8 +58,8 @@ mod trade_pane;
 mod welcome;
 mod workspace;
 
-pub use command::{Command, Pane, TimeMove, Workspace};
-pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
+pub use command::{Command, Pane, PathFor, TimeMove, Workspace};
+pub use dialogs::{Dialogs, NativeDialogs, Reply, chosen};
 pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;
 pub use start::open_window;

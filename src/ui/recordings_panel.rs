@@ -8,12 +8,12 @@ use egui::{Rect, Ui};
 use row::group_of;
 
 use crate::{
-    engine::{Action, Edit, Engine, ImportCommand},
+    engine::{Action, Edit, Engine},
     questions::check::query::FindFaults,
     report::{self, Cell, Table},
     shown::{and_more, printable},
     ui::{
-        command::{Command, Out, Pane},
+        command::{Out, Pane},
         controls::Controls as _,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -22,7 +22,6 @@ use crate::{
 
 pub use list::has_focus;
 
-const OPEN_WIDTH: f32 = 224.0;
 /// Height of the part below the list (points).
 const FOOT_HEIGHT: f32 = 60.0;
 
@@ -37,7 +36,6 @@ pub const PANE: Pane = Pane {
 
 #[derive(Debug)]
 pub struct View {
-    open: String,
     /// Share of each recording's time that the button Split assigns to training (%).
     split_percent: f64,
     /// Recording whose group is being edited.
@@ -51,7 +49,7 @@ type Typed = Option<(usize, String)>;
 impl Default for View {
     fn default() -> Self {
         let list = list::List::default();
-        Self { open: String::new(), split_percent: 60.0, group: None, list }
+        Self { split_percent: 60.0, group: None, list }
     }
 }
 
@@ -63,7 +61,6 @@ impl PaneView for View {
 }
 
 fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
-    path_field(ui, fields, out);
     if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {
             ui.warn(format!("Applying {}", applied.path.display()));
@@ -89,30 +86,6 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
         ui.separator();
         split_row(ui, engine, fields, out);
         faults_row(ui, engine, out);
-    });
-}
-
-fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
-    ui.horizontal(|ui| {
-        let width = (ui.available_width() - OPEN_WIDTH).max(60.0);
-        let about = [
-            "A recording, a calibration (.json or .cal), a session, or a folder of them",
-            "Load",
-            "Opens the file or folder at this path",
-        ];
-        let hint = "path";
-        if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
-            out.send(Action::Open(vec![path]));
-        }
-        if ui.press("…", "Chooses files to open") {
-            out.send(Command::ChooseFiles);
-        }
-        let path = fields.open.trim();
-        let about =
-            "Shows the columns of the file at this path, to choose their roles before it is loaded";
-        if ui.press_if(!path.is_empty(), "Columns…", about) {
-            out.send(ImportCommand::Open(path.into()));
-        }
     });
 }
 

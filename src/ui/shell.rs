@@ -21,9 +21,9 @@ use crate::{
     ui::{
         actions::{self, CanGo},
         appearance,
-        command::{Command, Out, Pane, Workspace},
+        command::{Command, Out, Pane, PathFor, Workspace},
         command_palette::CommandPalette,
-        dialogs::{Dialogs, Reply, write},
+        dialogs::{Dialogs, Reply},
         dock,
         hand::Hand,
         help::Help,
@@ -272,10 +272,8 @@ impl Shell {
             Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
             Command::Image(part, to) => self.pictures.ask(part, to),
             Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
-            Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
-            Command::ChooseImport => self.dialogs.import(self.reply.clone()),
-            Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
-            Command::ChooseLost => self.dialogs.locate(self.reply.clone()),
+            Command::Choose(what) => self.dialogs.ask(what, self.reply.clone()),
+            Command::TypePath(what) => self.questions.ask_path(what),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");
@@ -294,19 +292,12 @@ impl Shell {
                     _ => self.ask_where(Some(content), ""),
                 }
             }
-            Command::ChooseFileFor(content) => self.ask_where(Some(content), ""),
-            Command::TypePathFor(content) => self.questions.ask_path(content),
-            Command::PathTyped(path) => {
-                if let Some((content, path)) = self.questions.take_content().zip(path) {
-                    self.apply(write(content, path, Existing::Ask), ui);
-                }
-            }
         }
     }
 
     fn ask_where(&mut self, content: Option<FileContent>, otherwise: &str) {
         match content {
-            Some(content) => self.dialogs.save(content, self.reply.clone()),
+            Some(content) => self.dialogs.ask(PathFor::Save(content), self.reply.clone()),
             None => self.engine.notice(Level::Error, otherwise),
         }
     }

@@ -6,7 +6,7 @@ use crate::{
     engine::FileContent,
     report::{Column, Table, Value},
     ui::{
-        command::{Command, Out},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
         numbers::elided,
     },
@@ -68,7 +68,7 @@ pub fn saving(
         if ui.press("Save as…", holds)
             && let Some(content) = content
         {
-            out.send(Command::ChooseFileFor(content()));
+            out.send(Command::Choose(PathFor::Save(content())));
         }
     });
 }

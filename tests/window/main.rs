@@ -24,14 +24,14 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use dropped::Dropped;
 use loopscope::calibration::{Regressor, RidgeChoice};
-use loopscope::engine::{Action, Edit, Engine, FileContent, ImportCommand, Level, Preferences};
+use loopscope::engine::{Action, Edit, Engine, ImportCommand, Level, Preferences};
 use loopscope::export::{read_calibration, with_sources, write_calibration};
 use loopscope::features::{Column, Creep, Play, Polynomial};
 use loopscope::questions::thresholds::asked::{ChooseBlock, StudyThresholds};
 use loopscope::questions::{Analysis, View};
 use loopscope::recording;
 use loopscope::recording::{Axis, Missing};
-use loopscope::ui::{Command, Dialogs, Reply, Shell, save_to};
+use loopscope::ui::{Command, Dialogs, PathFor, Reply, Shell, chosen};
 
 /// Time after which a test fails because the window hangs, long enough for slow machines.
 const DEADLINE: Duration = Duration::from_secs(180);
@@ -47,19 +47,13 @@ struct Choices {
 }
 
 impl Dialogs for Choices {
-    fn open_files(&mut self, reply: Reply) {
-        reply.send(Action::Open(self.open.borrow().clone()).into());
-    }
-
-    fn import(&mut self, reply: Reply) {
-        if let Some(path) = self.open.borrow().first() {
-            reply.send(ImportCommand::Open(path.clone()).into());
-        }
-    }
-
-    fn save(&mut self, content: FileContent, reply: Reply) {
-        if let Some(path) = self.export.borrow().clone() {
-            reply.send(save_to(content, path));
+    fn ask(&mut self, what: PathFor, reply: Reply) {
+        let paths = match what {
+            PathFor::Save(_) => self.export.borrow().iter().cloned().collect(),
+            _ => self.open.borrow().clone(),
+        };
+        if let Some(command) = chosen(what, paths) {
+            reply.send(command);
         }
     }
 }
@@ -218,12 +212,20 @@ fn show(window: &mut Window, pane: &str) {
     settle(window);
 }
 
-/// Opens a file by its path in the list of recordings.
+/// Types a path for this purpose.
+#[track_caller]
+fn type_path(window: &mut Window, what: PathFor, path: &str) {
+    let title = what.title();
+    window.state_mut().as_mut().unwrap().send(Command::TypePath(what));
+    settle(window);
+    type_into(window, title, path);
+}
+
+/// Opens a file by its path.
 #[track_caller]
 fn load(window: &mut Window, path: &str) {
-    show(window, "recordings");
-    type_into(window, "Open", path);
-    click(window, Role::Button, "Load");
+    type_path(window, PathFor::Open, path);
+    click(window, Role::Button, "Open");
 }
 
 /// Shows this pane alone.
@@ -589,8 +591,7 @@ fn files_are_opened_by_menu_shortcut_drop_and_path() {
 
     load(&mut window, open("load.csv").to_str().unwrap());
 
-    show(&mut window, "recordings");
-    type_into(&mut window, "Open", open("enter.csv").to_str().unwrap());
+    type_path(&mut window, PathFor::Open, open("enter.csv").to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
 

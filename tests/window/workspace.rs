@@ -580,8 +580,9 @@ fn an_empty_window_opens_a_typed_path() {
     let mut window = window(Vec::new());
     ctrl(&mut window, Key::N);
     assert!(names(&window).is_empty());
-    type_into(&mut window, "Open", files.three()[0].to_str().unwrap());
-    click(&mut window, Role::Button, "Load");
+    click(&mut window, Role::Button, "Type a path…");
+    type_into(&mut window, PathFor::Open.title(), files.three()[0].to_str().unwrap());
+    click(&mut window, Role::Button, "Open");
     assert_eq!(names(&window), ["a"]);
 }
 
@@ -591,7 +592,7 @@ fn a_path_is_typed_where_there_is_no_dialog() {
     let mut window = window(files.three());
     let content = loopscope::engine::FileContent::Bytes(std::sync::Arc::from(*b"picture"));
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::TypePathFor(content));
+    shell.send(Command::TypePath(PathFor::Save(content)));
     settle(&mut window);
     let path = files.path("p.png");
     type_into(&mut window, "Save as", path.to_str().unwrap());
