@@ -53,16 +53,10 @@ const fn shift(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::SHIFT, key))
 }
 
-const fn alt(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::ALT, key))
-}
-
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CanGo {
     pub undo: bool,
     pub redo: bool,
-    pub zoom_back: bool,
-    pub zoom_forward: bool,
 }
 
 pub fn opening(engine: &Engine) -> Vec<Action> {
@@ -194,7 +188,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
 }
 
 /// Returns the actions that change the visible interval of time, or play through it.
-pub fn time(can: CanGo) -> Vec<Action> {
+pub fn time() -> Vec<Action> {
     let all = [
         (
             "Show the whole time axis",
@@ -225,18 +219,6 @@ pub fn time(can: CanGo) -> Vec<Action> {
             "Moves the visible interval to later times, by a quarter of its length",
             shift(Key::ArrowRight),
             TimeMove::Move(0.25),
-        ),
-        (
-            "Zoom back",
-            "Shows the interval of time that was visible before the last zoom",
-            alt(Key::ArrowLeft),
-            TimeMove::Back,
-        ),
-        (
-            "Zoom forward",
-            "Shows the interval of time that was visible before Zoom back",
-            alt(Key::ArrowRight),
-            TimeMove::Forward,
         ),
         (
             "Play through time, or stop",
@@ -275,26 +257,13 @@ pub fn time(can: CanGo) -> Vec<Action> {
             TimeMove::ToggleTable,
         ),
         (
-            "Keep the vertical scales, or not",
-            "Keeps the vertical scales of loads and errors, so that changes are visible while a threshold moves",
-            None,
-            TimeMove::ToggleLock,
-        ),
-        (
             "Compensation off and on",
             "Hides the compensated load and its error in the traces, or shows them again: before and after",
             alone(Key::B),
             TimeMove::ToggleCompensated,
         ),
     ];
-    let action = |(name, about, keys, to)| {
-        let is_possible = match to {
-            TimeMove::Back => can.zoom_back,
-            TimeMove::Forward => can.zoom_forward,
-            _ => true,
-        };
-        action(name, about, keys, Command::Time(to)).only_if(is_possible)
-    };
+    let action = |(name, about, keys, to)| action(name, about, keys, Command::Time(to));
     all.into_iter().map(action).collect()
 }
 
@@ -566,7 +535,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         writing(engine),
         vec![quit()],
         edit(can),
-        time(can),
+        time(),
         shown(engine),
         roles(engine),
         settings(engine),
@@ -658,7 +627,7 @@ mod tests {
 
     #[test]
     fn keys_ask_for_their_own_action_and_for_nothing_else() {
-        let can = CanGo { undo: true, redo: true, zoom_back: true, zoom_forward: true };
+        let can = CanGo { undo: true, redo: true };
         let engine = Engine::new(std::sync::Arc::new(|| {}));
         for action in all(&engine, can).into_iter().filter(|action| action.enabled) {
             let Some(keys) = action.keys else { continue };

@@ -1,6 +1,5 @@
 //! Commands that panes, menus and keys send: each is an action of the engine (data, fits, files) or an action of the window.
 
-
 use crate::{
     engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
     features::Setting,
@@ -72,10 +71,6 @@ impl Workspace {
 pub enum TimeMove {
     /// Shows the whole time axis.
     Fit,
-    /// Shows the interval of time that was visible before the last zoom or move.
-    Back,
-    /// Returns to the interval of time that was visible before going back.
-    Forward,
     /// Multiplies the length of the visible interval of time by this factor.
     Zoom(f64),
     /// Moves the visible interval of time by this share of its length; a negative share moves to earlier times.
@@ -88,8 +83,6 @@ pub enum TimeMove {
     PutCursor(usize),
     /// Shows or hides the table of the signals' values at cursors A and B.
     ToggleTable,
-    /// Keeps the vertical scales, or lets them follow the loads.
-    ToggleLock,
     /// Shows the compensated load, or hides it.
     ToggleCompensated,
 }

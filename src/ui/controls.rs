@@ -2,8 +2,8 @@
 
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, Ui,
-    UiBuilder, Widget, WidgetText,
+    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, Ui, UiBuilder,
+    Widget, WidgetText,
 };
 
 use crate::engine::Engine;
@@ -134,6 +134,20 @@ pub trait Controls {
         let menu = MenuButton::from_button(button).config(stays);
         menu.ui(self.this_ui(), contents).0
     }
+}
+
+/// Divides a row from left to right into places of these widths (points), with gaps between them. The place of infinite width
+/// takes the rest.
+pub fn cells<const N: usize>(row: Rect, gap: f32, widths: [f32; N]) -> [Rect; N] {
+    let fixed: f32 = widths.iter().filter(|width| width.is_finite()).sum();
+    let rest = row.width() - fixed - gap * (N - 1) as f32;
+    let mut left = row.left();
+    widths.map(|width| {
+        let width = if width.is_finite() { width } else { rest };
+        let place = row.with_min_x(left).with_max_x(left + width);
+        left += width + gap;
+        place
+    })
 }
 
 /// Draws contents in a fixed place, from left to right and centred vertically.

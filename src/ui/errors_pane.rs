@@ -12,7 +12,7 @@ use crate::{
     ui::{
         channels_pane,
         command::{Command, Out, Pane},
-        controls::{Controls as _, place as place_in, place_right},
+        controls::{Controls as _, cells, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -90,44 +90,23 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
     });
 }
 
-/// Places of the columns of a row: the axis, the small plot, both errors, their change and the expected error.
-struct Columns {
-    axis: Rect,
-    plot: Rect,
-    numbers: [Rect; 4],
-}
-
-impl Columns {
-    fn of(row: Rect) -> Self {
-        let mut right = row.right() - GAP;
-        let mut next = |width: f32| {
-            let place = row.with_min_x(right - width).with_max_x(right);
-            right -= width + GAP;
-            place
-        };
-        let expected = next(NUMBER_WIDTH);
-        let change = next(CHANGE_WIDTH);
-        let after = next(NUMBER_WIDTH);
-        let before = next(NUMBER_WIDTH);
-        let axis = row.with_min_x(row.left() + GAP).with_max_x(row.left() + GAP + AXIS_WIDTH);
-        let plot = row
-            .with_min_x(axis.right())
-            .with_max_x(before.left() - GAP)
-            .shrink2(Vec2::new(0.0, 3.0));
-        Self { axis, plot, numbers: [before, after, change, expected] }
-    }
+/// Returns the places of the columns of a row: the axis, the small plot, both errors, their change and the expected error.
+fn columns(row: Rect) -> [Rect; 6] {
+    let widths =
+        [AXIS_WIDTH, f32::INFINITY, NUMBER_WIDTH, NUMBER_WIDTH, CHANGE_WIDTH, NUMBER_WIDTH];
+    cells(row.shrink2(Vec2::new(GAP, 0.0)), GAP, widths)
 }
 
 fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: &mut Out) {
     let (_, head) = ui.allocate_space(Vec2::new(ui.available_width(), 22.0));
-    let columns = Columns::of(head);
+    let [_, _, heads @ ..] = columns(head);
     let visuals = ui.visuals().clone();
     let [before, after] =
         [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(&visuals));
     let weak = visuals.weak_text_color();
     let about = "Load error within which 95 % of the held-out errors lie";
     let titles = [("Uncomp.", before), ("Comp.", after), ("change", weak), ("95 %", weak)];
-    for ((title, color), place) in titles.into_iter().zip(columns.numbers) {
+    for ((title, color), place) in titles.into_iter().zip(heads) {
         let label = place_right(ui, place, |ui| ui.colored_label(color, title));
         if title == "95 %" {
             label.on_hover_text(about);
@@ -141,7 +120,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
     for (at, axis) in analysis.calibration.axes.iter().enumerate() {
         let size = Vec2::new(ui.available_width(), height);
         let (place, row) = ui.allocate_exact_size(size, Sense::click());
-        let columns = Columns::of(place);
+        let [name, plot, numbers @ ..] = columns(place);
         let is_shown = scope.axes().contains(axis);
         row.widget_info(|| {
             WidgetInfo::selected(egui::Role::RadioButton, true, is_shown, axis.label())
@@ -153,11 +132,11 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             ui.painter().rect_filled(place, 4.0, visuals.widgets.hovered.weak_bg_fill);
         }
         let color = if is_shown { visuals.selection.stroke.color } else { visuals.text_color() };
-        place_in(ui, columns.axis, |ui| {
+        place_in(ui, name, |ui| {
             ui.add(Label::new(RichText::new(axis.label()).color(color)).selectable(false));
         });
         if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == *axis) {
-            errors_over_time(ui, traces, columns.plot);
+            errors_over_time(ui, traces, plot.shrink2(Vec2::new(0.0, 3.0)));
         }
         let pair = errors
             .as_ref()
@@ -170,7 +149,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
                 .and_then(|expected| expected.axes.get(at)?.value)
                 .map(|value| significant(value, 3)),
         ];
-        for (text, place) in texts.into_iter().zip(columns.numbers) {
+        for (text, place) in texts.into_iter().zip(numbers) {
             let text = RichText::new(text.unwrap_or_else(|| "–".to_owned())).color(color);
             place_right(ui, place, |ui| ui.add(Label::new(text).selectable(false)));
         }

@@ -31,7 +31,8 @@ impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Some(follow) = cx.engine.following.asked() else {
             ui.weak("No file is followed.");
-            let about = "Reads a log file from its beginning, and then each new row as it is written";
+            let about =
+                "Reads a log file from its beginning, and then each new row as it is written";
             if ui.press("Follow a growing file…", about) {
                 cx.out.send(Command::Choose(PathFor::Follow));
             }

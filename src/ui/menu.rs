@@ -36,7 +36,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
                 ui.separator();
                 items(ui, actions::roles(engine), out);
             });
-            ui.menu_button("View", |ui| view(ui, engine, can, out));
+            ui.menu_button("View", |ui| view(ui, engine, out));
             ui.menu_button("Help", |ui| items(ui, actions::help(), out));
             ui.separator();
             for (at, (workspace, title, explanation)) in Workspace::ALL.into_iter().enumerate() {
@@ -119,12 +119,12 @@ fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     });
 }
 
-fn view(ui: &mut Ui, engine: &Engine, can: CanGo, out: &mut Out) {
+fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
     ui.menu_button("Panes", |ui| items(ui, actions::panes(), out));
     ui.menu_button("Axes, recordings and thresholds", |ui| items(ui, actions::shown(engine), out));
-    ui.menu_button("Time", |ui| items(ui, actions::time(can), out));
+    ui.menu_button("Time", |ui| items(ui, actions::time(), out));
     ui.separator();
     items(ui, actions::pictures(), out);
     ui.separator();

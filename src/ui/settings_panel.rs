@@ -73,7 +73,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         blocks_panel::choosing(ui, engine, out);
         auxiliary_references(ui, engine, &mut settings);
         ui.separator();
-        regressor_panel::learner(ui, engine, &mut settings, out);
+        regressor_panel::learner(ui, &mut settings);
         ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
         switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {

@@ -375,10 +375,8 @@ impl Shell {
     }
 
     fn draw(&mut self, ui: &mut Ui, out: &mut Out) {
-        let (zoom_back, zoom_forward) = self.time.can_go();
         let history = &self.engine.history;
-        let (undo, redo) = (history.can_undo(), history.can_redo());
-        let can = CanGo { undo, redo, zoom_back, zoom_forward };
+        let can = CanGo { undo: history.can_undo(), redo: history.can_redo() };
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         let mut asked = Vec::new();

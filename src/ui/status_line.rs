@@ -79,11 +79,6 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 words += &format!(" · CV {how}");
             }
             ui.weak(words);
-            if let Some(share) = engine.share_with_past() {
-                ui.weak(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
-                    "For the remaining samples, no load within the time threshold t_th differed by the force threshold F_th; their present gauges stand in for the earlier gauges",
-                );
-            }
         }
     });
 }

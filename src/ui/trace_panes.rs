@@ -146,7 +146,6 @@ fn trace_panes(
             });
         });
     panes.cursors.show(ui, scope.axes(), traces);
-    panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
         panes.playing.stepped = false;
     }

@@ -5,9 +5,8 @@ use egui::{Response, Ui};
 use super::Typed;
 use crate::{
     engine::{Action, Edit, Engine},
-    questions::{self, RecordingResult},
+    questions,
     recording::{Axis, Channel, Entry, GroupPattern, Role, Source, Tare},
-    scoring::metrics::Group,
     shown::printable,
     ui::{
         channels_pane,
@@ -226,30 +225,4 @@ fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Respons
         ui.close();
     }
     quiet
-}
-
-pub fn rmse_label(
-    ui: &mut Ui,
-    group: Group,
-    axes: &[Axis],
-    rmse: Option<&[f64]>,
-    result: Option<&RecordingResult>,
-) {
-    let (Some(rmse), Some(result)) = (rmse, result) else {
-        ui.weak("–");
-        return;
-    };
-    let over_group = group.rmse(axes, rmse).unwrap_or_default();
-    ui.label(significant(over_group, 3)).on_hover_ui(|ui| {
-        for (axis, rmse) in axes.iter().zip(rmse) {
-            let rmse = significant(*rmse, 4);
-            ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
-        }
-        if let Some(share) = result.share_with_past {
-            ui.label(format!(
-                "The look-back finds an earlier sample for {:.0} % of the samples",
-                100.0 * share
-            ));
-        }
-    });
 }
