@@ -41,7 +41,6 @@ pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
-pub(crate) use project::Project;
 pub use project::{Edit, Split};
 pub(crate) use recovery::LeftSession;
 pub use saving::FileContent;

@@ -68,17 +68,17 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         (
             "Simulated sensor with time lag",
-            "Opens simulated recordings of one force and two gauges. A low-pass of 30 ms delays the gauges; until this lag is removed, the loops look like hysteresis",
+            "Opens simulated recordings of one force, whose two gauges are delayed by a low-pass of 30 ms",
             Some(Late::Lag),
         ),
         (
             "Simulated sensor with hysteresis",
-            "Opens simulated recordings of one force and two gauges with a hysteresis (play) of 5 % of full scale. There is no lag, so the loops are equally wide at every rate of the load",
+            "Opens simulated recordings of one force, whose two gauges have a hysteresis (play) of 5 % of full scale",
             Some(Late::Hysteresis),
         ),
         (
             "Simulated sensor with time lag and hysteresis",
-            "Opens simulated recordings of one force and two gauges with a time lag and hysteresis (play). After removal of the lag, the hysteresis remains",
+            "Opens simulated recordings of one force, whose two gauges have both",
             Some(Late::Both),
         ),
     ];
@@ -222,7 +222,7 @@ pub fn time() -> Vec<Action> {
         ),
         (
             "Play through time, or stop",
-            "Plays the recordings, and marks the earlier sample that the look-back uses at each time (Eq. 9-12 of the paper in Help)",
+            "Plays the recordings, and marks the earlier sample that the look-back uses at each time",
             alone(Key::Space),
             TimeMove::TogglePlay,
         ),
@@ -246,13 +246,13 @@ pub fn time() -> Vec<Action> {
         ),
         (
             "Put cursor B at the current sample",
-            "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range of each trace between A and B",
+            "Puts cursor B at the sample under the pointer, or at the playing position",
             shift(Key::B),
             TimeMove::PutCursor(1),
         ),
         (
             "Show or hide the table of the cursors",
-            "Shows a table of each trace's values at cursors A and B, and of its mean, deviation and range between them",
+            "Table of each trace at cursors A and B, with mean, deviation and range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
         ),
@@ -325,13 +325,13 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
             "Recordings",
             "Opens or closes the list of recordings with their roles",
             ctrl(Key::B),
-            Command::ToggleDrawer(recordings_panel::PANE),
+            Command::ToggleDrawer(Pane::RECORDINGS),
         ),
         action(
             "Settings",
             "Opens or closes all settings of the fit",
             ctrl(Key::Comma),
-            Command::ToggleDrawer(settings_panel::PANE),
+            Command::ToggleDrawer(Pane::SETTINGS),
         ),
         action(
             "Right column",
@@ -382,7 +382,7 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     let roles = roles.map(|(name, about, role)| action(name, about, None, Edit::AllRoles(role)));
     let tare = action(
         "Tare each recording at its first quiet half second",
-        "Sets the zero of each recording to the mean of its gauges in the first half second that is unloaded and quiet",
+        "Subtracts the mean gauge values of the first half second that is unloaded and quiet",
         None,
         Do::Tare(entries.collect(), Tare::Auto),
     );
@@ -444,7 +444,7 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Presenter mode, full screen",
-            "Shows one sentence, the map or the loops, one axis and both thresholds in large letters, for a projector; F11 or Escape ends it",
+            "Shows the result in large letters, for a projector; F11 or Escape ends it",
             alone(Key::F11),
             Command::TogglePresenter,
         ),

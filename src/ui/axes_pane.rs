@@ -6,7 +6,7 @@ use crate::{
     questions::{Analysis, AxisTraces},
     scoring::Series,
     ui::{
-        command::{Command, Pane},
+        command::Command,
         controls::place_right,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -21,12 +21,6 @@ const GAP: f32 = 8.0;
 const NAME_HEIGHT: f32 = 20.0;
 /// Maximum number of samples that a loop is drawn from.
 const MOST_SAMPLES: usize = 1500;
-
-pub const PANE: Pane = Pane {
-    key: "axes",
-    title: "Axes",
-    explanation: "The error of each axis over its reference load, for the recording in the traces; a press on a loop chooses the axis",
-};
 
 #[derive(Debug, Default)]
 pub struct View;

@@ -47,12 +47,6 @@ const FORCES: [&str; 6] = ["N", "kN", "kgf", "gf", "lbf", "ozf"];
 /// Units of a moment that can be chosen for a column without a unit.
 const MOMENTS: [&str; 5] = ["N·m", "N·mm", "kgf·m", "lbf·in", "lbf·ft"];
 
-pub const PANE: Pane = Pane {
-    key: "channels",
-    title: "Channels",
-    explanation: "Any channel over time or over any other, with its noise, drift and spectrum; the roles of the channels",
-};
-
 #[derive(Debug)]
 pub struct View {
     asker: Asker,
@@ -67,7 +61,7 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self::asking_as(PANE.key, false)
+        Self::asking_as(Pane::CHANNELS.key, false)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     },
     scoring::budget::Cause,
     ui::{
-        command::{Out, Pane},
+        command::Out,
         controls::{Controls as _, cells, place, place_right},
         numbers::significant,
         palette::Trace,
@@ -39,12 +39,6 @@ const SOURCE_WIDTH: f32 = 220.0;
 const WIDTH_WITH_SOURCE: f32 = 1000.0;
 const GAP: f32 = 10.0;
 const BAR_HEIGHT: f32 = 9.0;
-
-pub const PANE: Pane = Pane {
-    key: "check",
-    title: "Check",
-    explanation: "Shows where the error comes from, whether the recordings determine the model, and faults of the rig",
-};
 
 #[derive(Debug, Default)]
 pub struct View {

@@ -71,7 +71,9 @@ pub trait Controls {
         field: impl Widget,
         about: impl Into<WidgetText>,
     ) -> Response {
-        self.labelled(label, field).on_hover_text(about)
+        let about = about.into();
+        let label = self.this_ui().label(label).on_hover_text(about.clone());
+        self.this_ui().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Draws a button that copies a table to the clipboard.
@@ -80,21 +82,6 @@ pub trait Controls {
         if self.press(format!("Copy {what}"), about) {
             self.this_ui().copy_text(text());
         }
-    }
-
-    fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
-        let label = self.this_ui().label(label);
-        self.this_ui().add(field).labelled_by(label.id)
-    }
-
-    fn explained_field(
-        &mut self,
-        label: impl Into<WidgetText>,
-        field: impl Widget,
-        about: &str,
-    ) -> Response {
-        let label = self.this_ui().label(label).on_hover_text(about);
-        self.this_ui().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Returns true if the user pressed Enter in this text field.

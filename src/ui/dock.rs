@@ -20,14 +20,13 @@ use crate::{
     ui::{
         blocks_panel,
         choice::choice,
-        command::{Command, Out},
+        command::{Command, Out, Pane},
         numbers::significant,
         palette::{self, Trace},
         pane::Cx,
         regressor_panel,
         scope::Scope,
         setting::{found, switched},
-        settings_panel,
     },
 };
 
@@ -111,7 +110,7 @@ fn model_choices(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: 
             let more =
                 ui.button("More…").on_hover_text("Shows all settings of the fit (Ctrl+comma)");
             if more.clicked() {
-                out.send(Command::ToggleDrawer(settings_panel::PANE));
+                out.send(Command::ToggleDrawer(Pane::SETTINGS));
             }
         });
     });

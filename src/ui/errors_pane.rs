@@ -11,7 +11,7 @@ use crate::{
     scoring::score_set::ScoreSet,
     ui::{
         channels_pane,
-        command::{Command, Out, Pane},
+        command::{Command, Out},
         controls::{Controls as _, cells, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
@@ -28,12 +28,6 @@ const AXIS_WIDTH: f32 = 58.0;
 const NUMBER_WIDTH: f32 = 54.0;
 const CHANGE_WIDTH: f32 = 46.0;
 const GAP: f32 = 6.0;
-
-pub const PANE: Pane = Pane {
-    key: "errors",
-    title: "Errors (RMSE)",
-    explanation: "RMSE of each axis by cross-validation, on the test samples or on the training samples; a press on an axis shows its traces",
-};
 
 #[derive(Debug, Default)]
 pub struct View;

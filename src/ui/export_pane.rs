@@ -18,7 +18,7 @@ use crate::{
     recording::Item,
     shown::{counted, first},
     ui::{
-        command::{Command, Out, Pane},
+        command::{Command, Out},
         controls::{Controls as _, cells, place, place_right},
         pane::{Cx, PaneView},
     },
@@ -45,12 +45,6 @@ const FIELD: f32 = 138.0;
 /// Items of the identity that are always in sight.
 const IN_SIGHT: [Item; 5] =
     [Item::Model, Item::Serial, Item::Operator, Item::Date, Item::Reference];
-
-pub const PANE: Pane = Pane {
-    key: "export",
-    title: "Export",
-    explanation: "Identity of the sensor, and the files to which the calibration is written, as data or as code for a robot",
-};
 
 #[derive(Debug)]
 pub struct View {
@@ -264,7 +258,7 @@ impl View {
                         if footprint.is_large() { ui.warn(text) } else { ui.weak(text) }
                     },
                 );
-            label.on_hover_text(format!("Needed on a controller, {footprint}. To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play"));
+            label.on_hover_text(format!("Needed on a controller, {footprint}. A history rate, a smaller t_th, or play in place of the look-back need less"));
         }
     }
 
@@ -381,32 +375,19 @@ fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
     ui.put(rect, Label::new(text).extend())
 }
 
-/// Paints a tick, a cross or a dash: whether a file holds a part of the calibration.
+/// Draws a tick, a cross or a dash: whether a file holds a part of the calibration.
 fn mark(ui: &mut Ui, place: Rect, held: Held, part: &str, ending: &str) {
     let visuals = ui.visuals();
-    let at = |x: f32, y: f32| place.center() + 4.0 * egui::vec2(x, y);
-    let (words, color, lines) = match held {
-        Held::Whole => {
-            let tick = vec![at(-1.0, 0.0), at(-0.3, 0.9), at(1.2, -1.1)];
-            ("contained", visuals.strong_text_color(), vec![tick])
-        }
-        Held::LeftOut => {
-            let cross =
-                vec![vec![at(-1.0, -1.0), at(1.0, 1.0)], vec![at(-1.0, 1.0), at(1.0, -1.0)]];
-            ("left out", visuals.warn_fg_color, cross)
-        }
-        Held::NoPart => {
-            ("not part of it", visuals.weak_text_color(), vec![vec![at(-0.7, 0.0), at(0.7, 0.0)]])
-        }
+    let (sign, words, color) = match held {
+        Held::Whole => ("✔", "contained", visuals.strong_text_color()),
+        Held::LeftOut => ("×", "left out", visuals.warn_fg_color),
+        Held::NoPart => ("–", "not part of it", visuals.weak_text_color()),
     };
-    for line in lines {
-        ui.painter().add(egui::Shape::line(line, egui::Stroke::new(1.8, color)));
-    }
-    let response = ui.interact(place, ui.scope_id().with((ending, part)), egui::Sense::hover());
-    response.widget_info(|| {
+    let label = centred(ui, place, RichText::new(sign).color(color));
+    label.widget_info(|| {
         egui::WidgetInfo::labeled(egui::Role::Label, true, format!(".{ending}, {part}: {words}"))
     });
-    response.on_hover_text(words);
+    label.on_hover_text(words);
 }
 
 /// Draws the result of the last export to this file. Returns false if there was none.

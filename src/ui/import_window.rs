@@ -70,7 +70,7 @@ pub fn import_page(
         egui::CentralPanel::no_frame().show(ui, |ui| {
             egui::ScrollArea::vertical()
                 .auto_shrink([false, false])
-                .show(ui, |ui| body(ui, engine, importing, inspection, out));
+                .show(ui, |ui| body(ui, importing, inspection, out));
         });
     });
     fields.is_typing = context.text_edit_focused();
@@ -79,19 +79,17 @@ pub fn import_page(
     }
 }
 
-fn body(
-    ui: &mut Ui,
-    engine: &Engine,
-    importing: &Importing,
-    inspection: &Inspection,
-    out: &mut Out,
-) {
+fn body(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     let table = &inspection.table;
     let read = format!("Formats that can be read: {}", formats::listed());
     ui.horizontal(|ui| {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             read_as(ui, importing, inspection, out);
-            remembered(ui, engine, importing, out);
+            let about =
+                "Detects the roles of the columns from the file again, and replaces the column map";
+            if ui.press("Detect again", about) {
+                out.send(ImportCommand::Begin);
+            }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                 let path = format!("{}: {table}", importing.path.display());
                 ui.add(egui::Label::new(&path).truncate()).on_hover_text(format!("{path}\n{read}"));
@@ -153,26 +151,6 @@ fn read_as(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mu
     button.on_hover_text(
         "How the text is divided, its times and pauses, the tare, and the first rows",
     );
-}
-
-fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
-    let shape = &importing.map.table.shape;
-    let maps = engine.preferences.maps.iter().enumerate();
-    let fitting = maps.filter(|(_, map)| map.table.shape == *shape && **map != importing.map);
-    if ui.press(
-        "Detect again",
-        "Detects the roles of the columns from the file again, and replaces the column map",
-    ) {
-        out.send(ImportCommand::Begin);
-    }
-    for (at, _) in fitting {
-        if ui.press(
-            "Map of the last similar file",
-            "Uses the column map of the last file with the same columns",
-        ) {
-            out.send(ImportCommand::TakeMap(at));
-        }
-    }
 }
 
 fn preview(ui: &mut Ui, table: &TableReport) {

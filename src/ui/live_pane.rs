@@ -6,19 +6,13 @@ use crate::{
     recording::Axis,
     report::figure::{Figure, Line, Scale},
     ui::{
-        command::{Command, Pane, PathFor},
+        command::{Command, PathFor},
         controls::Controls as _,
         numbers::significant,
         palette::{Trace, bytes},
         pane::{Cx, PaneView},
         plots::{self, Zoom},
     },
-};
-
-pub const PANE: Pane = Pane {
-    key: "live",
-    title: "Live",
-    explanation: "The loads in the newest minute of a growing log file, computed by the present calibration",
 };
 
 #[derive(Debug, Default)]

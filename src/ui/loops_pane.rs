@@ -39,12 +39,6 @@ const BELOW_HEIGHT: f32 = linked::STRIP_HEIGHT + cards::HEIGHT + 28.0;
 /// Height of the pane below which the trace is left out (points).
 const LOW: f32 = 420.0;
 
-pub const PANE: Pane = Pane {
-    key: "loops",
-    title: "Loops",
-    explanation: "Hysteresis loops, cross-plots, and drift in dwells",
-};
-
 /// Function that returns a figure in the colours of the screen or of an SVG file.
 type InInks<'f, 'a> = &'f dyn Fn(&Inks) -> Figure<'a>;
 
@@ -117,7 +111,7 @@ impl Default for LoopsPane {
             zooms: [None; Mode::ALL.len()],
             pixels: STANDS_ALONE.into(),
             has_figures: true,
-            channels: channels_pane::View::asking_as(PANE.key, true),
+            channels: channels_pane::View::asking_as(Pane::LOOPS.key, true),
         }
     }
 }
@@ -139,7 +133,7 @@ impl PaneView for LoopsPane {
         }
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
-            cx.ask_as(PANE.key, LookAt(look));
+            cx.ask_as(Pane::LOOPS.key, LookAt(look));
         }
     }
 }
@@ -171,13 +165,13 @@ impl LoopsPane {
         if self.shows_channels(engine) {
             return;
         }
-        if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
+        if let Some(problem) = engine.lane_of::<LookAt>(Pane::LOOPS.key).problem() {
             ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * self.plot_size(ui);
         self.pixels =
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
-        match (self.mode, engine.lane_of::<LookAt>(PANE.key).answer()) {
+        match (self.mode, engine.lane_of::<LookAt>(Pane::LOOPS.key).answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
                 loop_view::show(ui, self, engine, found, time, out);
             }
@@ -247,7 +241,7 @@ impl LoopsPane {
             Mode::Loops => {
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let used = match engine.lane_of::<LookAt>(PANE.key).answer() {
+                let used = match engine.lane_of::<LookAt>(Pane::LOOPS.key).answer() {
                     Some(Look::Loops(found)) => Some(found.reversal_threshold),
                     _ => None,
                 };

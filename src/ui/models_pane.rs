@@ -10,7 +10,7 @@ use crate::{
     report::Table,
     scoring::score_set::ScoreSet,
     ui::{
-        command::{Command, Out, Pane},
+        command::{Command, Out},
         controls::Controls as _,
         numbers::elided,
         pane::{Cx, PaneView},
@@ -23,12 +23,6 @@ const MOST_MINUTES: f64 = 10_000.0;
 const SAVED_ONLY: [&str; 5] = ["features", "regressor", "cross-validation", "data", "trial time"];
 /// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 42;
-
-pub const PANE: Pane = Pane {
-    key: "compare",
-    title: "Models",
-    explanation: "Search for the best model, and the list of all tried models with their errors",
-};
 
 #[derive(Debug)]
 pub struct View {
@@ -58,7 +52,7 @@ impl PaneView for View {
         ui.separator();
         if engine.models.rows.is_empty() {
             ui.weak(
-                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click on the name of a model applies its settings.",
+                "\"Find the best\" tries models and proposes one. A click on a name applies the settings of the model.",
             );
             return;
         }
@@ -82,8 +76,7 @@ impl View {
                 let limit = Duration::from_secs_f64(60.0 * self.minutes);
                 if ui.press(
                     "Find the best",
-                    "Tries models, the fastest first. Chooses their parameters from the training recordings, scores each \
-                     by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
+                    "Tries models, the fastest first, scores each by nested cross-validation, and proposes the most accurate and the smallest that is nearly as accurate",
                 ) {
                     out.send(Action::FindBest(Candidates::All, limit));
                 }
@@ -92,11 +85,10 @@ impl View {
                     .speed(0.1)
                     .suffix(" min");
                 let about = "Time limit of the search; afterwards no further model is started";
-                ui.explained_field("within", field, about);
+                ui.field("within", field, about);
                 if ui.press(
                     "Models of Koike et al. (2019)",
-                    "Tries only the models of Koike et al. (2019): linear, kernel, network and both in two stages, without and with look-back. \
-                     Use every tenth sample (Settings) for their pattern B",
+                    "Tries only linear, kernel, network and both in two stages, without and with look-back, as Koike et al. (2019) did",
                 ) {
                     out.send(Action::FindBest(Candidates::Paper, limit));
                 }
@@ -163,7 +155,7 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
         if ui.press_small("Use", about) {
             out.send(Action::BringBack(row.id));
         }
-        ui.menu_button("…", |ui| {
+        let menu = ui.menu_button("…", |ui| {
             let about = "Shows the loads of this model in Calibrate; Escape restores the present model";
             if ui.press("Compare in Calibrate", about) {
                 out.send(Command::Compare(row.id));
@@ -174,5 +166,6 @@ fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
                 ui.close();
             }
         });
+        menu.response.on_hover_text("Compares or removes this model");
     });
 }

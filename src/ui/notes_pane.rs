@@ -2,14 +2,8 @@
 
 use crate::{
     engine::Edit,
-    ui::{
-        command::Pane,
-        pane::{Cx, PaneView},
-    },
+    ui::pane::{Cx, PaneView},
 };
-
-pub const PANE: Pane =
-    Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
 /// The pane has no state of its own, because the text is stored in the project.
 #[derive(Debug, Default)]

@@ -13,7 +13,7 @@ use crate::{
     report::{self, Cell, Table},
     shown::{and_more, printable},
     ui::{
-        command::{Out, Pane},
+        command::Out,
         controls::Controls as _,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -27,12 +27,6 @@ const FOOT_HEIGHT: f32 = 60.0;
 
 /// Explanation of the simulated sensor.
 pub const SIMULATED: &str = "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg";
-
-pub const PANE: Pane = Pane {
-    key: "recordings",
-    title: "Recordings",
-    explanation: "The open recordings by group, with their roles and errors",
-};
 
 #[derive(Debug)]
 pub struct View {
@@ -99,7 +93,7 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
         ui.label("of each");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory, such as the look-back, know nothing of the loads before the split",
+            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold",
         ) {
             out.send(Edit::Split(fields.split_percent / 100.0));
         }
@@ -139,7 +133,7 @@ fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(
                 "Leave out faulty samples",
-                "Removes the faulty samples from the recordings. Features with memory, such as the look-back, start anew after a removed interval that is longer than the limit for a pause in a recording. Afterwards, exported code reports clipped gauges. Undo restores the samples",
+                "Removes the faulty samples from the recordings. Afterwards, exported code reports clipped gauges. Undo restores the samples",
             ) {
                 out.send(Action::LeaveOutFaulty);
             }

@@ -110,16 +110,16 @@ pub fn training(
         let fits = engine.fitting().is_some();
         let wants_score = learner == Learner::Network && settings.network.cross_validate;
         let lacks_score = wants_score && trained.is_none_or(|model| !model.is_cross_validated());
-        let about = "Trains in the background, on the training recordings with the present settings. You can stop the training at any time";
+        let about = "Trains in the background on the training recordings; you can stop it at any time";
         if ui.press_if(!fits || lacks_score, label, about) {
             out.send(Action::Train);
         }
         if fits {
             ui.weak("The compensated load is computed by the trained model.");
         } else if trained.is_some_and(|trained| trained.calibration.is_some()) {
-            ui.warn("The trained model belongs to other settings or recordings. Until the next training, the compensated load is computed by the linear fit.");
+            ui.warn("The trained model belongs to other settings or recordings; the linear fit stands in for it.");
         } else {
-            ui.warn("Not trained yet: the compensated load is computed by the linear fit.");
+            ui.warn("Not trained yet; the linear fit stands in.");
         }
     });
 }

@@ -13,7 +13,7 @@ use crate::{
     shown::printable,
     ui::{
         blocks_panel::{self, LOOK_BACK, distance, look_back_id},
-        command::{Out, Pane},
+        command::Out,
         controls::Controls as _,
         gauge_limits::gauge_limits,
         numbers::significant,
@@ -23,9 +23,6 @@ use crate::{
         setting::{number, switch, switched},
     },
 };
-
-pub const PANE: Pane =
-    Pane { key: "settings", title: "Settings", explanation: "Thresholds, features and regressor" };
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -131,9 +128,9 @@ fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings)
     let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
         let label = ui.label("Further F_th").on_hover_text(
-            "Further force thresholds, separated by commas. Each threshold adds the gauges of one more earlier sample; several thresholds cover loops of different sizes",
+            "Each further force threshold adds the gauges of one more earlier sample, for loops of different sizes",
         );
-        let about = "Numbers above zero, separated by commas. Each number is one more force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
+        let about = "Numbers above zero, separated by commas";
         let hint = ("none", f64::MIN_POSITIVE);
         if blocks_panel::list_field(ui, label.id, hint, about, &mut values) {
             let more = values.iter().map(|value| Thresholds { f_th: value / factor, t_th_secs });
@@ -168,7 +165,7 @@ fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
 
 /// Draws the reference values of the auxiliary channels, at which their effects are zero.
 fn auxiliary_references(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
-    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The calibration matrix of the gauges and the offset hold at this value. From data: the mean of the channel in the training recordings";
+    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature. From data: the mean of the channel in the training recordings";
     let Some(analysis) = engine.analysis().filter(|analysis| analysis.fitted) else {
         return;
     };

@@ -28,14 +28,14 @@ use crate::{
         hand::Hand,
         help::Help,
         import_window::{ImportFields, import_page},
-        live_pane, menu,
+        menu,
         notices::Notices,
         pane::Cx,
         panes::{Views, needs_calibration},
         picture::Images,
         presenter::Presenter,
         scope::Scope,
-        setting, settings_panel, status_line, strip,
+        setting, status_line, strip,
         time_view::TimeView,
         welcome,
         workspace::Workspaces,
@@ -204,7 +204,7 @@ impl Shell {
         match command {
             Command::Do(action) => {
                 if matches!(action, Action::Follow(_)) {
-                    self.workspaces.bring(live_pane::PANE);
+                    self.workspaces.bring(Pane::LIVE);
                 }
                 self.engine.act(action);
             }
@@ -254,7 +254,7 @@ impl Shell {
                 if [F_TH, T_TH].contains(&setting) && !self.workspaces.has_dock() {
                     self.workspaces.show(Workspace::Calibrate);
                 } else if ![F_TH, T_TH].contains(&setting) {
-                    self.workspaces.bring(settings_panel::PANE);
+                    self.workspaces.bring(Pane::SETTINGS);
                 }
                 setting::seek(ui.ctx(), setting);
             }

@@ -14,7 +14,7 @@ use crate::{
         asked::{StudyThresholds, ThresholdStudy},
     },
     ui::{
-        command::{Command, Out, Pane, PathFor},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
         numbers::significant,
         pane::{Cx, PaneView},
@@ -24,12 +24,6 @@ use crate::{
 pub use map::MapTexture;
 
 const HEAD_HEIGHT: f32 = 32.0;
-
-pub const PANE: Pane = Pane {
-    key: "thresholds",
-    title: "Thresholds",
-    explanation: "Map of the error for pairs of force threshold F_th and time threshold t_th",
-};
 
 #[derive(Default)]
 pub struct View {

@@ -4,25 +4,7 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
     appearance::{focus_ring, is_compact},
-    axes_pane::PANE as AXES,
-    calibration_pane::PANE as CALIBRATION,
-    channels_pane::PANE as CHANNELS,
-    check_pane::PANE as CHECK,
     command::{Command, Out, Pane, Workspace},
-    errors_pane::PANE as ERRORS,
-    export_pane::PANE as EXPORT,
-    live_pane::PANE as LIVE,
-    look_back_pane::PANE as LOOK_BACK,
-    loops_pane::PANE as LOOPS,
-    metrology_pane::PANE as METROLOGY,
-    models_pane::PANE as MODELS,
-    notes_pane::PANE as NOTES,
-    pairs_pane::PANE as PAIRS,
-    recordings_panel::PANE as RECORDINGS,
-    settings_panel::PANE as SETTINGS,
-    thresholds_pane::PANE as THRESHOLDS,
-    trace_panes::PANE as TRACES,
-    trade_pane::PANE as TRADE,
 };
 
 /// Width of the border between two panes (points).
@@ -34,7 +16,7 @@ const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
 /// Width of the list of exports (points).
 const CHECKLIST_WIDTH: f32 = 760.0;
 const HEAD_HEIGHT: f32 = 30.0;
-const DRAWER_WIDTHS: [(Pane, f32); 2] = [(RECORDINGS, 460.0), (SETTINGS, 480.0)];
+const DRAWER_WIDTHS: [(Pane, f32); 2] = [(Pane::RECORDINGS, 460.0), (Pane::SETTINGS, 480.0)];
 
 /// Areas of all workspaces, and the workspace on screen.
 pub struct Workspaces {
@@ -77,13 +59,25 @@ impl Default for Workspaces {
 
 fn areas(workspace: Workspace) -> Vec<Area> {
     let all: &[(&'static [Pane], f32)] = match workspace {
-        Workspace::Import => &[(&[TRACES, CHANNELS], 0.0), (&[RECORDINGS], 0.75), (&[NOTES], 0.25)],
-        Workspace::Calibrate => &[(&[TRACES], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
-        Workspace::Loops => &[(&[LOOPS], 0.0), (&[AXES], 0.34), (&[METROLOGY], 0.66)],
-        Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[PAIRS], 0.33), (&[TRACES], 0.67)],
-        Workspace::Models => &[(&[MODELS], 0.0), (&[TRADE], 0.5), (&[ERRORS], 0.5)],
-        Workspace::Check => &[(&[CHECK, LIVE], 0.0)],
-        Workspace::Export => &[(&[EXPORT], 0.0), (&[CALIBRATION], 1.0)],
+        Workspace::Import => &[
+            (&[Pane::TRACES, Pane::CHANNELS], 0.0),
+            (&[Pane::RECORDINGS], 0.75),
+            (&[Pane::NOTES], 0.25),
+        ],
+        Workspace::Calibrate => {
+            &[(&[Pane::TRACES], 0.0), (&[Pane::ERRORS], 0.56), (&[Pane::LOOK_BACK], 0.44)]
+        }
+        Workspace::Loops => {
+            &[(&[Pane::LOOPS], 0.0), (&[Pane::AXES], 0.34), (&[Pane::METROLOGY], 0.66)]
+        }
+        Workspace::Thresholds => {
+            &[(&[Pane::THRESHOLDS], 0.0), (&[Pane::PAIRS], 0.33), (&[Pane::TRACES], 0.67)]
+        }
+        Workspace::Models => {
+            &[(&[Pane::MODELS], 0.0), (&[Pane::TRADE], 0.5), (&[Pane::ERRORS], 0.5)]
+        }
+        Workspace::Check => &[(&[Pane::CHECK, Pane::LIVE], 0.0)],
+        Workspace::Export => &[(&[Pane::EXPORT], 0.0), (&[Pane::CALIBRATION], 1.0)],
     };
     let area =
         |(panes, share): &(&'static [Pane], f32)| Area { panes, selected: panes[0], share: *share };

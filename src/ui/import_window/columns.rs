@@ -22,7 +22,7 @@ use crate::{
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
 const SCALE: &str =
     "Factor by which the values of the column are multiplied; -1 changes their sign";
-const SELECT: &str = "Name of the column in the header of the file. Click a row to select it; Ctrl and a click adds a row, Shift and a click adds all rows up to it. A role that is chosen for a selected row applies to all selected rows";
+const SELECT: &str = "Name of the column in the header of the file. A click selects a row, with Ctrl or Shift further rows; a role chosen for one of them applies to all";
 const MISSING: &str = "A number in the column that stands for a missing value";
 
 /// Height of the list of roles (points). The most frequent roles are visible without scrolling.

@@ -134,7 +134,7 @@ pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
         let width = (ui.available_width() - 250.0).max(60.0);
         let filter = egui::TextEdit::singleline(&mut list.filter).desired_width(width);
         ui.field("Filter", filter, "Shows the recordings whose name or group contains this text");
-        let keys = "A press shows a recording; with Ctrl or Shift it selects further ones. Keys for the selected recordings: T train, E test, O off, Delete closes them. A right click or Shift+F10 opens a menu to tare the recording and to set its group";
+        let keys = "A press shows a recording; with Ctrl or Shift it selects further ones. Keys: T train, E test, O off, Delete closes them. A right click or Shift+F10 opens a menu";
         let words = match list.selected.len() {
             0 | 1 => counted(engine.entries().len(), "recording"),
             n => format!("{n} selected"),
