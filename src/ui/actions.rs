@@ -14,7 +14,7 @@ use crate::{
     recording::{Role, Tare, simulated::Late},
     shown::file_name,
     ui::{
-        command::{Command, ImageTo, Out, Pane, PathFor, TimeMove, Workspace},
+        command::{Command, Out, Pane, PathFor, TimeMove, Workspace},
         panes, plots, recordings_panel,
         scope::AxisChoice,
         settings_panel,
@@ -349,24 +349,6 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
     axes.chain(others).chain(steps).collect()
 }
 
-/// Returns the actions that save an image of the whole window. Images of one plot are in the plot's own menu.
-pub fn pictures() -> Vec<Action> {
-    vec![
-        action(
-            "Copy the window as an image",
-            "Copies an image of the window to the clipboard; a right click on a plot copies that plot alone",
-            ctrl_shift(Key::C),
-            Command::ImageOfAll(ImageTo::Clipboard),
-        ),
-        action(
-            "Save the window as an image…",
-            "Saves the window as PNG; a right click on a plot saves that plot alone",
-            None,
-            Command::ImageOfAll(ImageTo::File),
-        ),
-    ]
-}
-
 pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
@@ -466,13 +448,13 @@ pub fn panes() -> Vec<Action> {
     panes::all().map(show).collect()
 }
 
-pub const THEMES: [(&str, Theme, &str); 3] = [
+const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
     ("Follow system", Theme::System, "Dark or light, as the settings of the desktop say"),
 ];
 
-fn themes(engine: &Engine) -> Vec<Action> {
+pub fn themes(engine: &Engine) -> Vec<Action> {
     let choose = |(name, theme, explanation): (&str, Theme, &'static str)| {
         let preferences = Preferences { theme, ..engine.preferences.clone() };
         let is_other = engine.preferences.theme != theme;
@@ -544,7 +526,6 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         panes(),
         themes(engine),
         text_scales(),
-        pictures(),
         help(),
     ];
     groups.into_iter().flatten().collect()

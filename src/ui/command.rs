@@ -240,8 +240,6 @@ pub enum Command {
     Time(TimeMove),
     /// Enlarges (1), shrinks (-1) or resets (0) text and controls.
     TextScale(i8),
-    /// Takes an image of the whole window.
-    ImageOfAll(ImageTo),
     /// Takes an image of this rectangle of the window.
     Image(egui::Rect, ImageTo),
     /// Tares the recording with this index by its gauges between the cursors.

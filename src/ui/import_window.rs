@@ -16,6 +16,7 @@ use crate::{
         inspect::{Inspection, Question, TableReport},
         map::ColumnMap,
     },
+    shown::counted,
     ui::{command::Out, controls::Controls as _, status_line::busy},
 };
 
@@ -96,14 +97,11 @@ fn body(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut O
             });
         });
     });
-    match importing.waiting.len() {
-        0 => {}
-        1 => drop(
-            ui.label("1 more file needs a column map. If it has the same columns, it is loaded with this map"),
-        ),
-        n => drop(ui.label(format!(
-            "{n} more files need a column map. Files with the same columns are loaded with this map"
-        ))),
+    if !importing.waiting.is_empty() {
+        let waiting = counted(importing.waiting.len(), "more file");
+        ui.label(format!(
+            "{waiting} waiting; files with the same columns are loaded with this map"
+        ));
     }
     let mut map = importing.map.clone();
     let questions = Open { questions: &importing.questions, map: &importing.map };

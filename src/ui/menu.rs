@@ -3,7 +3,7 @@
 use egui::{Button, Ui};
 
 use crate::{
-    engine::{Action as Do, Engine, Preferences},
+    engine::Engine,
     recording::Item,
     ui::{
         actions::{self, Action, CanGo},
@@ -105,17 +105,7 @@ fn items(ui: &mut Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) 
 fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let any = !engine.preferences.recent.is_empty();
     ui.add_enabled_ui(any, |ui| {
-        ui.menu_button("Recent", |ui| {
-            items(ui, actions::recent(engine), out);
-            ui.separator();
-            if ui.press(
-                "Clear list",
-                "Removes all files from this list of recent files; the files stay on disk",
-            ) {
-                ui.close();
-                out.send(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
-            }
-        });
+        ui.menu_button("Recent", |ui| items(ui, actions::recent(engine), out));
     });
 }
 
@@ -126,18 +116,7 @@ fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.menu_button("Axes, recordings and thresholds", |ui| items(ui, actions::shown(engine), out));
     ui.menu_button("Time", |ui| items(ui, actions::time(), out));
     ui.separator();
-    items(ui, actions::pictures(), out);
-    ui.separator();
-    for (label, theme, explanation) in actions::THEMES {
-        let radio = ui.radio(engine.preferences.theme == theme, label);
-        if radio.on_hover_text(explanation).clicked() {
-            out.send(prefer(Preferences { theme, ..engine.preferences.clone() }));
-        }
-    }
+    items(ui, actions::themes(engine), out);
     ui.separator();
     items(ui, actions::text_scales(), out);
-}
-
-fn prefer(preferences: Preferences) -> Command {
-    Do::Prefer(preferences).into()
 }

@@ -11,7 +11,6 @@ use crate::{
     engine::{Action, Edit, Engine},
     questions::check::query::FindFaults,
     report::{self, Cell, Table},
-    shown::{and_more, printable},
     ui::{
         command::Out,
         controls::Controls as _,
@@ -109,26 +108,16 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
 fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     let entries = project.recordings.entries();
-    let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
-    let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
-    let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
+    let faults = (0..entries.len()).filter_map(|at| engine.faults_of(at));
+    let n_faulty: usize = faults.map(|faults| faults.n_samples).sum();
     ui.horizontal(|ui| {
         if project.recordings.is_simulated() {
             ui.warn("simulated").on_hover_text(SIMULATED);
         }
-        if !faults.is_empty() {
+        if n_faulty > 0 {
             let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
-            let label = ui.warn(format!("{n_faulty} of {n} samples look faulty"));
-            label.on_hover_ui(|ui| {
-                for (at, faults) in faults.iter().take(12) {
-                    let recording = &entries[*at].recording;
-                    let words = faults.words.join(", ");
-                    ui.label(format!("{}: {words}", printable(recording.name())));
-                }
-                if let Some(more) = and_more(faults.len(), 12) {
-                    ui.label(format!("{more} recordings"));
-                }
-            });
+            ui.warn(format!("{n_faulty} of {n} samples look faulty"))
+                .on_hover_text("The hover text of each recording names its faults");
         }
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(

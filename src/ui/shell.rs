@@ -269,7 +269,6 @@ impl Shell {
                 let changed = (*scale + f32::from(step) * TEXT_STEP).clamp(min, max);
                 *scale = if step == 0 { 1.0 } else { changed };
             }
-            Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
             Command::Image(part, to) => self.pictures.ask(part, to),
             Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
             Command::Choose(what) => self.dialogs.ask(what, self.reply.clone()),
@@ -381,52 +380,49 @@ impl Shell {
         actions::listen(ui.ctx(), &self.engine, can, out);
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
-        let (engine, time, scope) = (&self.engine, &mut self.time, &mut self.scope);
+        let engine = &self.engine;
         let presents = self.presenter.is_on;
         if presents && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
             out.send(Command::TogglePresenter);
         }
-        let bar = egui::Frame::NONE
-            .fill(ui.visuals().panel_fill)
-            .inner_margin(egui::Margin::symmetric(8, 0));
+        let (time, scope) = (&mut self.time, &mut self.scope);
+        let cx = &mut Cx { engine, time, scope, presents, out: &mut *out, asked: &mut asked };
+        let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+        let bar = panel.inner_margin(egui::Margin::symmetric(8, 0));
         if !presents {
             Panel::top("menu").exact_size(menu::HEIGHT).frame(bar).show(ui, |ui| {
-                menu::menu_bar(ui, engine, &self.workspaces, can, out);
+                menu::menu_bar(ui, engine, &self.workspaces, can, cx.out);
             });
-            Panel::top("strip").exact_size(strip::HEIGHT).frame(bar).show(ui, |ui| {
-                strip::strip(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
-            });
+            let top = Panel::top("strip").exact_size(strip::HEIGHT).frame(bar);
+            top.show(ui, |ui| strip::strip(ui, cx));
             Panel::bottom("status").exact_size(STATUS_HEIGHT).frame(bar).show(ui, |ui| {
-                status_line::status_line(ui, engine, out);
+                status_line::status_line(ui, engine, cx.out);
             });
         }
-        let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         if !presents && self.workspaces.has_dock() && engine.importing.is_none() {
-            Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel).show(ui, |ui| {
-                dock::dock(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
-            });
+            let bottom = Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel);
+            bottom.show(ui, |ui| dock::dock(ui, cx));
         }
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let places = &mut self.places;
             places.clear();
             if engine.importing.is_some() {
                 let is_covered = self.help.is_open();
-                return import_page(ui, engine, &mut self.import_fields, is_covered, out);
+                return import_page(ui, engine, &mut self.import_fields, is_covered, cx.out);
             }
             if is_empty && !engine.is_busy() {
-                return welcome::choices(ui, engine, out);
+                return welcome::choices(ui, engine, cx.out);
             }
             if presents {
-                let cx = &mut Cx { engine, time, scope, presents, out, asked: &mut asked };
                 return self.presenter.draw(ui, &mut self.views, cx);
             }
-            self.workspaces.draw(ui, out, &mut |ui, out, pane| {
+            self.workspaces.draw(ui, cx, &mut |ui, cx, pane| {
                 places.push((pane, ui.max_rect()));
                 let missing = engine.project().missing();
                 if let Some(missing) = missing.filter(|_| needs_calibration(pane)) {
                     ui.centered_and_justified(|ui| ui.weak(format!("Waits: {missing}")));
                 } else if let Some(view) = self.views.of(pane) {
-                    view.ui(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
+                    view.ui(ui, cx);
                 }
             });
         });

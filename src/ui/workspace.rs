@@ -4,7 +4,8 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
     appearance::{focus_ring, is_compact},
-    command::{Command, Out, Pane, Workspace},
+    command::{Command, Pane, Workspace},
+    pane::Cx,
 };
 
 /// Width of the border between two panes (points).
@@ -144,11 +145,11 @@ impl Workspaces {
     pub fn draw(
         &mut self,
         ui: &mut Ui,
-        out: &mut Out,
-        draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
+        cx: &mut Cx<'_>,
+        draw: &mut dyn FnMut(&mut Ui, &mut Cx<'_>, Pane),
     ) {
         let whole = ui.available_rect_before_wrap();
-        let mut drawing = Drawing { draw, focus: self.focus.take(), out };
+        let mut drawing = Drawing { draw, focus: self.focus.take(), cx };
         if let Some(pane) = self.maximized {
             drawing.maximized(ui, pane);
         } else {
@@ -180,7 +181,7 @@ impl Workspaces {
         }
     }
 
-    fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_>) {
+    fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_, '_>) {
         let (wide, least, narrow) = RIGHT_WIDTHS;
         let usual = match self.shown {
             Workspace::Export => whole.width() - CHECKLIST_WIDTH,
@@ -222,7 +223,13 @@ impl Workspaces {
 }
 
 impl Area {
-    fn draw(&mut self, ui: &mut Ui, rect: egui::Rect, has_head: bool, drawing: &mut Drawing<'_>) {
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        rect: egui::Rect,
+        has_head: bool,
+        drawing: &mut Drawing<'_, '_>,
+    ) {
         let place = UiBuilder::new().max_rect(rect).id_salt(self.panes[0].key);
         let mut ui = ui.new_child(place);
         ui.shrink_clip_rect(rect);
@@ -235,13 +242,13 @@ impl Area {
     }
 }
 
-struct Drawing<'a> {
-    draw: &'a mut dyn FnMut(&mut Ui, &mut Out, Pane),
+struct Drawing<'a, 'c> {
+    draw: &'a mut dyn FnMut(&mut Ui, &mut Cx<'_>, Pane),
     focus: Option<Pane>,
-    out: &'a mut Out,
+    cx: &'a mut Cx<'c>,
 }
 
-impl Drawing<'_> {
+impl Drawing<'_, '_> {
     /// Draws the title of a pane, or the tabs of several panes.
     fn head(&mut self, ui: &mut Ui, selected: &mut Option<Pane>, panes: &[Pane]) {
         ui.horizontal(|ui| {
@@ -255,7 +262,7 @@ impl Drawing<'_> {
                     _ => ui.selectable_value(selected, Some(*pane), title),
                 };
                 if tab.on_hover_text(about).double_clicked() {
-                    self.out.send(Command::ToggleMaximized(Some(*pane)));
+                    self.cx.out.send(Command::ToggleMaximized(Some(*pane)));
                 }
             }
             if let (None, [pane]) = (&selected, panes) {
@@ -263,7 +270,7 @@ impl Drawing<'_> {
                     ui.add_space(8.0);
                     let close = ui.button("Close").on_hover_text("Closes this list (Escape)");
                     if close.clicked() {
-                        self.out.send(Command::ToggleDrawer(*pane));
+                        self.cx.out.send(Command::ToggleDrawer(*pane));
                     }
                 });
             }
@@ -278,7 +285,7 @@ impl Drawing<'_> {
             let back =
                 ui.button("All panes").on_hover_text("Shows all panes of the workspace again (F9)");
             if title.double_clicked() || back.clicked() {
-                self.out.send(Command::ToggleMaximized(None));
+                self.cx.out.send(Command::ToggleMaximized(None));
             }
         });
         self.pane(ui, pane);
@@ -299,7 +306,7 @@ impl Drawing<'_> {
         let place = UiBuilder::new().max_rect(rect.shrink2(egui::vec2(8.0, 4.0))).id_salt(pane.key);
         let mut ui = ui.new_child(place);
         ui.shrink_clip_rect(rect);
-        (self.draw)(&mut ui, self.out, pane);
+        (self.draw)(&mut ui, self.cx, pane);
     }
 }
 

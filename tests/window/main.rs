@@ -658,6 +658,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
     window.key_press(Key::F3);
     settle(&mut window);
     load(&mut window, path.to_str().unwrap());
+    show(&mut window, "recordings");
     assert!(has(&window, "Applying "));
     assert!(!analysis(&window).fitted);
     let slider = window.get_by_role_and_label(Role::Slider, "F_th");

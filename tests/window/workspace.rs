@@ -366,31 +366,6 @@ fn space_plays_through_time_and_stops() {
 }
 
 #[test]
-fn zooms_can_be_undone_and_redone() {
-    let files = Files::new();
-    let mut window = window(files.three());
-    wait(&mut window, 10);
-    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
-    window.hover_at(pane.center());
-    window.event(egui::Event::MouseWheel {
-        unit: egui::MouseWheelUnit::Point,
-        delta: Vec2::new(0.0, 200.0),
-        phase: egui::TouchPhase::Move,
-        source: egui::MouseWheelSource::Wheel,
-        modifiers: Modifiers::NONE,
-    });
-    wait(&mut window, 30);
-    let zoomed = shell(&window).visible_time();
-    assert!(zoomed.is_some());
-    window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
-    wait(&mut window, 3);
-    assert_eq!(shell(&window).visible_time(), None);
-    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
-    wait(&mut window, 3);
-    assert_eq!(shell(&window).visible_time(), zoomed);
-}
-
-#[test]
 fn keys_zoom_and_step_through_time() {
     let files = Files::new();
     let mut window = window(files.three());

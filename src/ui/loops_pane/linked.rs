@@ -217,6 +217,12 @@ pub fn link(
     let k = near?;
     time.point_at(k, ui.ctx());
     let cycle = shared.cycle_at(k);
+    if cycle.is_some() && !drawn.response.context_menu_opened() {
+        let (layer, id) = (ui.layer_id(), drawn.response.id.with("cycle"));
+        let pointer = egui::PopupAnchor::Pointer;
+        let hint = egui::Tooltip::always_open(ui.ctx().clone(), layer, id, pointer).gap(18.0);
+        hint.show(|ui| ui.label("Load cycle: click to show only this cycle"));
+    }
     cycle.filter(|_| drawn.response.clicked())
 }
 

@@ -85,17 +85,13 @@ fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
         return;
     };
     let paths = output.paths.iter().map(|path| path.display().to_string());
-    let mut text = paths.collect::<Vec<_>>().join("\n");
+    let paths: Vec<String> = paths.collect();
+    let mut text = paths.join("\n");
     let (title, yes, about) = match doubt {
-        Doubt::IsThere if output.paths.len() > 1 => (
-            "These files already exist",
-            "Replace them",
-            "Overwrites the files; their present contents are lost",
-        ),
         Doubt::IsThere => (
-            "The file already exists",
+            if paths.len() > 1 { "These files already exist" } else { "The file already exists" },
             "Replace it",
-            "Overwrites the file; its present contents are lost",
+            "Overwrites what is there; the present contents are lost",
         ),
         Doubt::Undetermined(undetermined) => {
             text += "\n";
@@ -158,29 +154,15 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     if is_naming || engine.replacing.is_some() {
         return;
     }
-    let (save, discard, cancel) = match leaving {
-        Leaving::Close => (
-            "Saves the session, then closes the window; asks for a path if the session has no file yet",
-            "Closes the window; changes since the last save are lost",
-            "The window stays open",
-        ),
-        Leaving::New => (
-            "Saves this session, then closes its recordings; asks for a path if the session has no file yet",
-            "Closes the recordings without saving the session; Undo brings them back",
-            "The recordings stay open",
-        ),
-        Leaving::Open(_) | Leaving::Restore(..) => (
-            "Saves this session, then opens the other session; asks for a path if this session has no file yet",
-            "Opens the other session; changes since the last save are lost",
-            "The other session is not opened",
-        ),
+    let what = match leaving {
+        Leaving::Close => "The window is about to be closed.",
+        Leaving::New => "The recordings are about to be closed.",
+        Leaving::Open(_) | Leaving::Restore(..) => "Another session is about to be opened.",
     };
-    let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
-    text += match leaving {
-        Leaving::Close => "",
-        Leaving::New => "\nThe recordings are about to be closed.",
-        Leaving::Open(_) | Leaving::Restore(..) => "\nAnother session is about to be opened.",
-    };
+    let text = format!("{what} Files of recordings are not changed.");
+    let save = "Saves the session first; asks for a path if it has no file yet";
+    let discard = "Changes since the last save are lost";
+    let cancel = "Everything stays open";
     let answers = [
         ("Save", save, Command::SaveSession),
         ("Discard", discard, Action::Discard.into()),
