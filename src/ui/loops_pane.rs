@@ -2,7 +2,6 @@
 //! in dwells. The contents of the pane are computed in the background.
 
 mod cards;
-mod cross_view;
 mod dwell_view;
 mod linked;
 mod loop_view;
@@ -13,8 +12,8 @@ use crate::{
     engine::{Edit, Engine},
     questions::{
         loops::{
-            Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question,
-            Span, TableOf, Up, query::LookAt,
+            Channel, CrossPlot, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion,
+            Question, Span, TableOf, Up, query::LookAt,
         },
         metrology::MetrologySettings,
     },
@@ -176,7 +175,7 @@ impl LoopsPane {
                 loop_view::show(ui, self, engine, found, time, out);
             }
             (Mode::Cross, Some(Look::Cross(found))) => {
-                cross_view::show(ui, self, engine, found, out);
+                cross_plot(ui, self, engine, found, out);
             }
             (Mode::Dwells, Some(Look::Dwells(found))) => {
                 dwell_view::show(ui, self, engine, found, out);
@@ -388,4 +387,32 @@ fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Chann
     let all = std::iter::once(Channel::Time).chain(all);
     labelled_choice(ui, (label, 96.0), channel, all, |one| (channel_name(one, engine), ""))
         .on_hover_text("Quantity to plot: time, a gauge, or the reference, uncompensated or compensated load of an axis");
+}
+
+/// Draws the cross-plot of two channels.
+fn cross_plot(
+    ui: &mut Ui,
+    pane: &mut LoopsPane,
+    engine: &Engine,
+    picture: &CrossPlot,
+    out: &mut Out,
+) {
+    let label = |channel: Channel| {
+        let name = channel_name(channel, engine);
+        format!("{name} [{}]", channel_unit(channel, engine))
+    };
+    let question = &picture.question;
+    let labels = [question.across, question.up].map(label);
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| picture.figure(labels.clone(), inks, zoom);
+    pane.lay_out(ui, (None, &figure), out, |ui, _, _| {
+        let [across, up] = &labels;
+        ui.strong(format!("{up} against {across}"));
+        ui.weak(format!("{} samples", picture.n_samples));
+        if [picture.question.across, picture.question.up].contains(&Channel::Time) {
+            ui.weak(
+                "Each recording has its own clock, so the times of different recordings overlap.",
+            );
+        }
+    });
 }

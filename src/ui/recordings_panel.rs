@@ -5,16 +5,12 @@ mod row;
 
 use egui::{Rect, Ui};
 
-use row::group_of;
-
 use crate::{
     engine::{Action, Edit, Engine},
     questions::check::query::FindFaults,
-    report::{self, Cell, Table},
     ui::{
         command::Out,
         controls::Controls as _,
-        palette::Trace,
         pane::{Cx, PaneView},
     },
 };
@@ -100,7 +96,6 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
             && ui.press("Undo split", "Joins the training and the test segment of each recording again") {
                 out.send(Edit::Unsplit);
             }
-        ui.copies("list", || as_table(engine).tab_separated());
     });
 }
 
@@ -127,34 +122,4 @@ fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 out.send(Action::LeaveOutFaulty);
             }
     });
-}
-
-fn as_table(engine: &Engine) -> Table {
-    let axes = engine.project().axes();
-    let errors = [Trace::Conventional, Trace::Compensated].into_iter().enumerate();
-    let errors = errors.flat_map(|(output, trace)| {
-        axes.iter().enumerate().map(move |(at, axis)| (output, trace, at, axis))
-    });
-    Table::of(engine.entries().iter().enumerate())
-        .words("role", |(_, entry)| entry.role.label())
-        .words("name", |(_, entry)| entry.recording.name())
-        .words("group", |(at, _)| group_of(engine, *at).unwrap_or_default())
-        .column(report::Column::numbers("samples"), |(_, entry)| {
-            Cell::whole(entry.recording.n_samples())
-        })
-        .columns(
-            errors,
-            |(_, trace, _, axis)| {
-                let name = format!("{} RMSE {}", trace.label(), axis.symbol());
-                report::Column::numbers(name).unit(axis.unit())
-            },
-            |(row, _), (output, _, at, _)| {
-                let result = engine.result_of(*row);
-                let rmse =
-                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                let rmse = rmse.and_then(|rmse| rmse[*output].as_ref());
-                Cell::digits(rmse.and_then(|rmse| rmse.get(*at)).copied(), 5)
-            },
-        )
-        .table("", "")
 }
