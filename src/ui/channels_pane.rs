@@ -17,7 +17,7 @@ use crate::{
     ui::{
         choice::{labelled_choice, named_choice},
         command::{Out, Pane},
-        controls::Controls as _,
+        controls::{Controls as _, named, named_selected},
         numbers::elided,
         pane::{Cx, PaneView},
         plots::{self, Zoom},
@@ -223,9 +223,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
                 let label = channel.label(recording);
                 let name = elided(&label, CHANNEL_LENGTH);
                 let name = ui.selectable_label(*up == channel, name);
-                name.widget_info(|| {
-                    egui::WidgetInfo::selected(egui::Role::Button, true, *up == channel, &label)
-                });
+                named_selected(&name, egui::Role::Button, *up == channel, &label);
                 let hover = format!("{label}: press to plot this channel on the vertical axis");
                 if name.on_hover_text(hover).clicked() {
                     *up = channel;
@@ -260,7 +258,7 @@ fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out
         })
         .inner;
     let label = format!("Role of {name}: {role}");
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, can_change, &label));
+    named(&response, egui::Role::Button, &label);
     response.on_hover_text(
         "Role of this channel. Another role reads the file again; undo restores the present role",
     );

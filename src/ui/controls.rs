@@ -2,8 +2,8 @@
 
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, Ui, UiBuilder,
-    Widget, WidgetText,
+    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, Role, ScrollArea, Ui,
+    UiBuilder, Widget, WidgetInfo, WidgetText,
 };
 
 use crate::engine::Engine;
@@ -121,6 +121,16 @@ pub trait Controls {
         let menu = MenuButton::from_button(button).config(stays);
         menu.ui(self.this_ui(), contents).0
     }
+}
+
+/// Gives a widget a name for screen readers.
+pub fn named(widget: &Response, role: Role, name: &str) {
+    widget.widget_info(|| WidgetInfo::labeled(role, widget.enabled(), name));
+}
+
+/// Gives a widget that can be selected a name for screen readers.
+pub fn named_selected(widget: &Response, role: Role, is_selected: bool, name: &str) {
+    widget.widget_info(|| WidgetInfo::selected(role, widget.enabled(), is_selected, name));
 }
 
 /// Divides a row from left to right into places of these widths (points), with gaps between them. The place of infinite width

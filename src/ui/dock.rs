@@ -21,6 +21,7 @@ use crate::{
         blocks_panel,
         choice::choice,
         command::{Command, Out, Pane},
+        controls::named,
         numbers::significant,
         palette::{self, Trace},
         pane::Cx,
@@ -297,7 +298,7 @@ fn threshold(
             ui.scope_id().with(("lowest", shown.setting.label)),
             Sense::click(),
         );
-        mark.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &about));
+        named(&mark, egui::Role::Button, &about);
         if mark.on_hover_text(&about).clicked() {
             value = lowest * shown.factor;
         }

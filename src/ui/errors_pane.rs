@@ -1,6 +1,6 @@
 //! Pane with the errors of each axis, which also chooses the axes that the traces show.
 
-use egui::{Label, Rect, RichText, Sense, Ui, Vec2, WidgetInfo};
+use egui::{Label, Rect, RichText, Sense, Ui, Vec2};
 
 use crate::{
     engine::Engine,
@@ -12,7 +12,7 @@ use crate::{
     ui::{
         channels_pane,
         command::{Command, Out},
-        controls::{Controls as _, cells, place as place_in, place_right},
+        controls::{Controls as _, cells, named_selected, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -116,9 +116,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
         let (place, row) = ui.allocate_exact_size(size, Sense::click());
         let [name, plot, numbers @ ..] = columns(place);
         let is_shown = scope.axes().contains(axis);
-        row.widget_info(|| {
-            WidgetInfo::selected(egui::Role::RadioButton, true, is_shown, axis.label())
-        });
+        named_selected(&row, egui::Role::RadioButton, is_shown, &axis.label());
         let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it. The right mouse button opens the menu of its role");
         if is_shown {
             ui.painter().rect_filled(place, 4.0, visuals.selection.bg_fill);

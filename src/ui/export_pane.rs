@@ -19,7 +19,7 @@ use crate::{
     shown::{counted, first},
     ui::{
         command::{Command, Out},
-        controls::{Controls as _, cells, place, place_right},
+        controls::{Controls as _, cells, named, place, place_right},
         pane::{Cx, PaneView},
     },
 };
@@ -384,9 +384,7 @@ fn mark(ui: &mut Ui, place: Rect, held: Held, part: &str, ending: &str) {
         Held::NoPart => ("–", "not part of it", visuals.weak_text_color()),
     };
     let label = centred(ui, place, RichText::new(sign).color(color));
-    label.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::Label, true, format!(".{ending}, {part}: {words}"))
-    });
+    named(&label, egui::Role::Label, &format!(".{ending}, {part}: {words}"));
     label.on_hover_text(words);
 }
 

@@ -9,7 +9,7 @@ use crate::{
         actions::{self, Action, CanGo},
         appearance::is_compact,
         command::{Command, Out, Workspace},
-        controls::Controls as _,
+        controls::{Controls as _, named_selected},
         recordings_panel::SIMULATED,
         workspace::Workspaces,
     },
@@ -46,9 +46,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
                     button = button.shortcut_text(format!("F{}", at + 2));
                 }
                 let button = ui.add(button);
-                button.widget_info(|| {
-                    egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, title)
-                });
+                named_selected(&button, egui::Role::Button, is_shown, title);
                 if button.on_hover_text(explanation).clicked() {
                     out.send(Command::Show(workspace));
                 }

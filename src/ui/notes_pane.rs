@@ -2,7 +2,10 @@
 
 use crate::{
     engine::Edit,
-    ui::pane::{Cx, PaneView},
+    ui::{
+        controls::named,
+        pane::{Cx, PaneView},
+    },
 };
 
 /// The pane has no state of its own, because the text is stored in the project.
@@ -18,8 +21,7 @@ impl PaneView for View {
             .desired_width(f32::INFINITY);
         let response = ui.add_sized(ui.available_size(), field);
         let response = response.on_hover_text("Free text, saved with the session");
-        let role = egui::Role::MultilineTextInput;
-        response.widget_info(|| egui::WidgetInfo::labeled(role, true, "Notes"));
+        named(&response, egui::Role::MultilineTextInput, "Notes");
         if text != *notes {
             cx.out.send(Edit::Notes(text));
         }

@@ -1,6 +1,6 @@
 //! Pairs of thresholds that are proposed: the pair of lowest cross-validated error, and the mean hysteresis.
 
-use egui::{Align, Button, Label, Layout, RichText, Ui, WidgetInfo};
+use egui::{Align, Button, Label, Layout, RichText, Ui};
 
 use crate::{
     engine::{Edit, Engine},
@@ -13,7 +13,7 @@ use crate::{
     scoring::score_set::ScoreSet,
     ui::{
         command::Out,
-        controls::Controls as _,
+        controls::{Controls as _, named},
         numbers::significant,
         pane::{Cx, PaneView},
         scope::Scope,
@@ -82,8 +82,7 @@ fn row(ui: &mut Ui, engine: &Engine, shown: Proposed, out: &mut Out) {
         let can = shown.pair.is_some() && !is_used;
         let button = Button::new(if is_used { "In use" } else { "Use" });
         let button = ui.add_enabled(can, button.min_size(egui::vec2(BUTTON_WIDTH, 28.0)));
-        let label = format!("Use: {}", shown.name);
-        button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, can, &label));
+        named(&button, egui::Role::Button, &format!("Use: {}", shown.name));
         let button = button.on_hover_text(shown.about).on_disabled_hover_text(shown.about);
         if let (true, Some(pair)) = (button.clicked(), shown.pair) {
             out.send(Edit::Thresholds(pair));

@@ -5,6 +5,7 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 use crate::ui::{
     appearance::{focus_ring, is_compact},
     command::{Command, Pane, Workspace},
+    controls::named,
     pane::Cx,
 };
 
@@ -296,7 +297,7 @@ impl Drawing<'_, '_> {
         let rect = ui.available_rect_before_wrap();
         let id = egui::Id::unique(("pane", pane.key));
         let whole = ui.interact(rect, id, Sense::focusable_noninteractive());
-        whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title));
+        named(&whole, egui::Role::Pane, pane.title);
         if self.focus == Some(pane) {
             whole.request_focus();
         }

@@ -14,6 +14,7 @@ use crate::{
     report::Trace,
     scoring::Series,
     ui::{
+        controls::named,
         palette,
         plots::{Drawn, VALUE_AXIS_WIDTH},
         small_plot::{range, small_plot},
@@ -149,11 +150,9 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
     let lines: Vec<_> = lines.collect();
     small_plot(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
     let missing = shared.missing();
-    response.widget_info(|| {
-        let name = format!("{} over time", axis.axis.label());
-        let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));
-        egui::WidgetInfo::labeled(egui::Role::Button, true, name)
-    });
+    let name = format!("{} over time", axis.axis.label());
+    let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));
+    named(&response, egui::Role::Button, &name);
     if let Some(missing) = &missing {
         let (at, font) =
             (place.left_top() + egui::vec2(4.0, 2.0), egui::FontId::proportional(12.0));

@@ -12,7 +12,7 @@ use crate::{
         channels_pane,
         command::{Command, Out, Pane},
         context_menu::context_menu,
-        controls::Controls as _,
+        controls::{Controls as _, named_selected},
         numbers::{elided, significant},
     },
 };
@@ -111,9 +111,7 @@ pub fn shown_name(ui: &mut Ui, engine: &Engine, at: usize) -> Response {
     let is_shown = engine.project().view == questions::View::One(at);
     let button = egui::Button::selectable(is_shown, name).truncate();
     let response = ui.add(button);
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, recording.name())
-    });
+    named_selected(&response, egui::Role::Button, is_shown, recording.name());
     response.on_hover_ui(|ui| {
         ui.strong(recording.name());
         if let Some(path) = recording.source().path() {
