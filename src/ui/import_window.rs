@@ -98,9 +98,11 @@ fn body(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut O
         });
     });
     if !importing.waiting.is_empty() {
-        let waiting = counted(importing.waiting.len(), "more file");
+        let n = importing.waiting.len();
+        let needs = if n == 1 { "needs" } else { "need" };
         ui.label(format!(
-            "{waiting} waiting; files with the same columns are loaded with this map"
+            "{} {needs} a column map. Files with the same columns are loaded with this map",
+            counted(n, "more file"),
         ));
     }
     let mut map = importing.map.clone();
