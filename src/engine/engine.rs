@@ -23,7 +23,7 @@ use crate::{
         importing::{ImportCommand, Importing, Preview},
         lanes::{ANYONE, Asked, Asker, Lanes},
         live::{Current, Follow},
-        models::{ModelChange, Models},
+        models::Models,
         notice::{Level, Notice},
         preferences::Preferences,
         project::{Edit, Project},
@@ -47,7 +47,7 @@ use crate::{
         question::Query,
         thresholds::Measure,
     },
-    recording::{Entry, RecordingSet, Role, Tare, simulated::Late},
+    recording::{Entry, RecordingSet, Tare, simulated::Late},
 };
 
 pub(super) const MAX_NOTICES: usize = 200;
@@ -97,8 +97,8 @@ pub enum Action {
     StopTrying,
     /// Add the model of the present fit to the list of models.
     KeepModel,
-    /// Change the row with this number in the list of models.
-    Model(u64, ModelChange),
+    /// Remove the row with this number from the list of models.
+    RemoveModel(u64),
     /// Use the settings of the row with this number in the list of models.
     BringBack(u64),
     /// Command of the import page.
@@ -296,22 +296,6 @@ impl Engine {
     /// Returns all background work that the status line shows, other than the fit.
     pub fn running(&self) -> Vec<Running> {
         self.tasks.running().chain(self.lanes.running()).collect()
-    }
-
-    /// Returns the share of training samples for which the first look-back finds an earlier sample. Without training
-    /// recordings, the share is that of all samples. `None` without a look-back.
-    pub fn share_with_past(&self) -> Option<f64> {
-        let entries = self.entries();
-        let share = |is_asked: &dyn Fn(Role) -> bool| {
-            let (mut found, mut all) = (0.0, 0.0);
-            for (at, _) in entries.iter().enumerate().filter(|(_, entry)| is_asked(entry.role)) {
-                let result = self.result_of(at)?;
-                found += result.share_with_past? * result.n_samples as f64;
-                all += result.n_samples as f64;
-            }
-            (all > 0.0).then(|| found / all)
-        };
-        share(&|role| role == Role::Train).or_else(|| share(&|_| true))
     }
 
     /// Returns the newest background request of type `Q` with its result.

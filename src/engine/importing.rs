@@ -53,8 +53,6 @@ pub enum ImportCommand {
     FindWeight,
     /// Detect text layout and columns of the file again, as if it had just been opened.
     Begin,
-    /// Use the column map with this index in the list of maps of earlier files.
-    TakeMap(usize),
     /// Read a column map from a file.
     ReadMap(PathBuf),
     /// Write the column map to a file.

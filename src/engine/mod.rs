@@ -36,12 +36,11 @@ pub(crate) use importing::Importing;
 pub(crate) use lanes::{ANYONE, Asked, Asker};
 pub(crate) use live::{Followed, LiveTraces};
 pub use models::Models;
-pub(crate) use models::{ModelChange, Row, SEARCH_MINUTES};
+pub(crate) use models::{Row, SEARCH_MINUTES};
 pub use notice::{Level, Notice};
 #[cfg(feature = "gui")]
 pub(crate) use preferences::PreferencesFile;
 pub use preferences::{Preferences, Theme};
-pub(crate) use project::Project;
 pub use project::{Edit, Split};
 pub(crate) use recovery::LeftSession;
 pub use saving::FileContent;

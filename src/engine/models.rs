@@ -17,14 +17,6 @@ use crate::{
 /// Default time limit of a search (min), after which no further model is started.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
-#[derive(Clone, Debug)]
-pub enum ModelChange {
-    /// Pin the row (true), so that it stays when other models are tried, or unpin it (false).
-    Pin(bool),
-    Name(String),
-    Remove,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Origin {
     /// The model was fitted by a search: number of the search, and index of the model in it.
@@ -37,8 +29,6 @@ enum Origin {
 pub struct Row {
     pub id: u64,
     pub name: String,
-    /// True if the user has pinned the row, so that it stays when other models are tried.
-    pub is_pinned: bool,
     pub model: Model,
     /// Recommendation that the last search gives for this model.
     pub mark: Mark,
@@ -91,7 +81,6 @@ impl Models {
         self.rows.push(Row {
             id: self.n_rows,
             name,
-            is_pinned: false,
             model,
             mark: Mark::None,
             origin,
@@ -105,17 +94,8 @@ impl Models {
         self.rows.iter().find(|row| row.id == id)
     }
 
-    pub(super) fn change(&mut self, id: u64, change: ModelChange) {
-        let Some(at) = self.rows.iter().position(|row| row.id == id) else {
-            return;
-        };
-        match change {
-            ModelChange::Pin(is_pinned) => self.rows[at].is_pinned = is_pinned,
-            ModelChange::Name(name) => self.rows[at].name = name,
-            ModelChange::Remove => {
-                self.rows.remove(at);
-            }
-        }
+    pub(super) fn remove(&mut self, id: u64) {
+        self.rows.retain(|row| row.id != id);
     }
 
     /// Adds the models that a running search has fitted so far.
@@ -123,7 +103,7 @@ impl Models {
         let run = asked.run;
         if self.taken.0 != run {
             self.taken = (run, Vec::new());
-            self.rows.retain(|row| row.is_pinned || !matches!(row.origin, Origin::Search(..)));
+            self.rows.retain(|row| !matches!(row.origin, Origin::Search(..)));
             self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
         }
         for tried in &found.tried {
@@ -151,7 +131,7 @@ impl Models {
     pub(super) fn keep(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
         let kept = self.rows.iter().filter(|row| row.origin == Origin::Kept);
         let number = kept.count() + 1;
-        self.push(format!("Kept {number}"), Origin::Kept, model, recordings).is_pinned = true;
+        self.push(format!("Kept {number}"), Origin::Kept, model, recordings);
     }
 
     /// Returns true if the list has a model with the present settings and recordings.
@@ -162,7 +142,7 @@ impl Models {
     /// Adds the model of the present settings to the list. The unpinned model that was added in this way for earlier settings
     /// is removed.
     pub(super) fn take_present(&mut self, model: Model, recordings: &Arc<RecordingSet>) {
-        self.rows.retain(|row| row.origin != Origin::Present || row.is_pinned);
+        self.rows.retain(|row| row.origin != Origin::Present);
         self.push("Present settings".to_owned(), Origin::Present, model, recordings);
     }
 

@@ -14,7 +14,7 @@ use crate::{
         engine::{Action, Engine, Leaving, MAX_NOTICES},
         files::{Opened, OpenedFile},
         importing::ImportCommand,
-        models::{ModelChange, Row},
+        models::Row,
         notice::{Level, Notice},
         project::{Edit, FromFile, Project, SessionFile},
         query::Background as _,
@@ -1268,7 +1268,7 @@ fn a_search_lists_its_models_and_using_one_is_one_step_of_undo() {
 }
 
 #[test]
-fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pinned() {
+fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_them() {
     let mut engine = engine_with_files();
     find_best(&mut engine);
     settle_until(&mut engine, "two models", |engine| engine.models.rows.len() >= 2);
@@ -1277,24 +1277,19 @@ fn a_cancelled_search_keeps_its_rows_and_the_next_replaces_those_that_are_not_pi
     let n_rows = engine.models.rows.len();
     assert!(n_rows >= 2 && !engine.is_trying());
 
-    let [first, second] = [0, 1].map(|at| engine.models.rows[at].id);
-    engine.act(Action::Model(second, ModelChange::Pin(true)));
-    engine.act(Action::Model(second, ModelChange::Name("mine".to_owned())));
+    let first = engine.models.rows[0].id;
     // Rows that are removed during a search are not added again.
     find_best(&mut engine);
     settle_until(&mut engine, "the next search", |engine| engine.models.row(first).is_none());
-    assert_eq!(engine.models.rows[0].name, "mine");
     let conventional = |engine: &Engine| {
         engine.models.rows.iter().find(|row| row.name == "Conventional").map(|row| row.id)
     };
     settle_until(&mut engine, "the first model", |engine| conventional(engine).is_some());
     let removed = conventional(&engine).unwrap();
-    engine.act(Action::Model(removed, ModelChange::Remove));
+    engine.act(Action::RemoveModel(removed));
     settle(&mut engine);
     let names: Vec<&str> = engine.models.rows.iter().map(|row| &*row.name).collect();
-    assert!(names.starts_with(&["mine"]) && !names.contains(&"Conventional"), "{names:?}");
-    let pinned = engine.models.row(second).unwrap();
-    assert!(pinned.is_pinned && pinned.mark == Mark::None);
+    assert!(!names.contains(&"Conventional"), "{names:?}");
 }
 
 #[test]
@@ -1325,7 +1320,7 @@ fn a_kept_model_can_be_used_again_with_its_training() {
     engine.act(Action::KeepModel);
     settle(&mut engine);
     let kept = engine.models.rows.last().unwrap();
-    assert!(kept.is_pinned && kept.model.cost.coefficients > 0);
+    assert!(kept.model.cost.coefficients > 0);
     let id = kept.id;
     // Another training replaces the first.
     edit(&mut engine, Edit::Settings(network(5)));

@@ -14,7 +14,7 @@ use crate::{
     recording::{Role, Tare, simulated::Late},
     shown::file_name,
     ui::{
-        command::{Command, ImageTo, Out, Pane, TimeMove, Workspace},
+        command::{Command, Out, Pane, PathFor, TimeMove, Workspace},
         panes, plots, recordings_panel,
         scope::AxisChoice,
         settings_panel,
@@ -53,16 +53,10 @@ const fn shift(key: Key) -> Option<KeyboardShortcut> {
     Some(KeyboardShortcut::new(Modifiers::SHIFT, key))
 }
 
-const fn alt(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::ALT, key))
-}
-
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CanGo {
     pub undo: bool,
     pub redo: bool,
-    pub zoom_back: bool,
-    pub zoom_forward: bool,
 }
 
 pub fn opening(engine: &Engine) -> Vec<Action> {
@@ -74,17 +68,17 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
         ),
         (
             "Simulated sensor with time lag",
-            "Opens simulated recordings of one force and two gauges. A low-pass of 30 ms delays the gauges; until this lag is removed, the loops look like hysteresis",
+            "Opens simulated recordings of one force, whose two gauges are delayed by a low-pass of 30 ms",
             Some(Late::Lag),
         ),
         (
             "Simulated sensor with hysteresis",
-            "Opens simulated recordings of one force and two gauges with a hysteresis (play) of 5 % of full scale. There is no lag, so the loops are equally wide at every rate of the load",
+            "Opens simulated recordings of one force, whose two gauges have a hysteresis (play) of 5 % of full scale",
             Some(Late::Hysteresis),
         ),
         (
             "Simulated sensor with time lag and hysteresis",
-            "Opens simulated recordings of one force and two gauges with a time lag and hysteresis (play). After removal of the lag, the hysteresis remains",
+            "Opens simulated recordings of one force, whose two gauges have both",
             Some(Late::Both),
         ),
     ];
@@ -101,19 +95,25 @@ pub fn opening(engine: &Engine) -> Vec<Action> {
             "Open…",
             "Opens recordings, calibrations or sessions; files can also be dropped on the window",
             ctrl(Key::O),
-            Command::ChooseFiles,
+            Command::Choose(PathFor::Open),
+        ),
+        action(
+            "Open a typed path…",
+            "Opens the file or folder at a path that you type",
+            None,
+            Command::TypePath(PathFor::Open),
         ),
         action(
             "Import…",
             "Opens a recording whose columns have no names, and asks for the role of each column",
             ctrl_shift(Key::O),
-            Command::ChooseImport,
+            Command::Choose(PathFor::Import),
         ),
         action(
             "Follow a growing file…",
             "Shows the newest minute of a log file that is still being written, with the loads computed from its gauges",
             None,
-            Command::ChooseFollowed,
+            Command::Choose(PathFor::Follow),
         ),
     ];
     let recover = action(
@@ -188,7 +188,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
 }
 
 /// Returns the actions that change the visible interval of time, or play through it.
-pub fn time(can: CanGo) -> Vec<Action> {
+pub fn time() -> Vec<Action> {
     let all = [
         (
             "Show the whole time axis",
@@ -221,20 +221,8 @@ pub fn time(can: CanGo) -> Vec<Action> {
             TimeMove::Move(0.25),
         ),
         (
-            "Zoom back",
-            "Shows the interval of time that was visible before the last zoom",
-            alt(Key::ArrowLeft),
-            TimeMove::Back,
-        ),
-        (
-            "Zoom forward",
-            "Shows the interval of time that was visible before Zoom back",
-            alt(Key::ArrowRight),
-            TimeMove::Forward,
-        ),
-        (
             "Play through time, or stop",
-            "Plays the recordings, and marks the earlier sample that the look-back uses at each time (Eq. 9-12 of the paper in Help)",
+            "Plays the recordings, and marks the earlier sample that the look-back uses at each time",
             alone(Key::Space),
             TimeMove::TogglePlay,
         ),
@@ -258,21 +246,15 @@ pub fn time(can: CanGo) -> Vec<Action> {
         ),
         (
             "Put cursor B at the current sample",
-            "Puts cursor B at the sample under the pointer or at the playing position, and shows mean, deviation and range of each trace between A and B",
+            "Puts cursor B at the sample under the pointer, or at the playing position",
             shift(Key::B),
             TimeMove::PutCursor(1),
         ),
         (
             "Show or hide the table of the cursors",
-            "Shows a table of each trace's values at cursors A and B, and of its mean, deviation and range between them",
+            "Table of each trace at cursors A and B, with mean, deviation and range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
-        ),
-        (
-            "Keep the vertical scales, or not",
-            "Keeps the vertical scales of loads and errors, so that changes are visible while a threshold moves",
-            None,
-            TimeMove::ToggleLock,
         ),
         (
             "Compensation off and on",
@@ -281,14 +263,7 @@ pub fn time(can: CanGo) -> Vec<Action> {
             TimeMove::ToggleCompensated,
         ),
     ];
-    let action = |(name, about, keys, to)| {
-        let is_possible = match to {
-            TimeMove::Back => can.zoom_back,
-            TimeMove::Forward => can.zoom_forward,
-            _ => true,
-        };
-        action(name, about, keys, Command::Time(to)).only_if(is_possible)
-    };
+    let action = |(name, about, keys, to)| action(name, about, keys, Command::Time(to));
     all.into_iter().map(action).collect()
 }
 
@@ -350,13 +325,13 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
             "Recordings",
             "Opens or closes the list of recordings with their roles",
             ctrl(Key::B),
-            Command::ToggleDrawer(recordings_panel::PANE),
+            Command::ToggleDrawer(Pane::RECORDINGS),
         ),
         action(
             "Settings",
             "Opens or closes all settings of the fit",
             ctrl(Key::Comma),
-            Command::ToggleDrawer(settings_panel::PANE),
+            Command::ToggleDrawer(Pane::SETTINGS),
         ),
         action(
             "Right column",
@@ -374,24 +349,6 @@ pub fn shown(engine: &Engine) -> Vec<Action> {
     axes.chain(others).chain(steps).collect()
 }
 
-/// Returns the actions that save an image of the whole window. Images of one plot are in the plot's own menu.
-pub fn pictures() -> Vec<Action> {
-    vec![
-        action(
-            "Copy the window as an image",
-            "Copies an image of the window to the clipboard; a right click on a plot copies that plot alone",
-            ctrl_shift(Key::C),
-            Command::ImageOfAll(ImageTo::Clipboard),
-        ),
-        action(
-            "Save the window as an image…",
-            "Saves the window as PNG; a right click on a plot saves that plot alone",
-            None,
-            Command::ImageOfAll(ImageTo::File),
-        ),
-    ]
-}
-
 pub fn roles(engine: &Engine) -> Vec<Action> {
     let entries = 0..engine.entries().len();
     let any = !entries.is_empty();
@@ -407,7 +364,7 @@ pub fn roles(engine: &Engine) -> Vec<Action> {
     let roles = roles.map(|(name, about, role)| action(name, about, None, Edit::AllRoles(role)));
     let tare = action(
         "Tare each recording at its first quiet half second",
-        "Sets the zero of each recording to the mean of its gauges in the first half second that is unloaded and quiet",
+        "Subtracts the mean gauge values of the first half second that is unloaded and quiet",
         None,
         Do::Tare(entries.collect(), Tare::Auto),
     );
@@ -469,7 +426,7 @@ pub fn workspaces() -> Vec<Action> {
         ),
         action(
             "Presenter mode, full screen",
-            "Shows one sentence, the map or the loops, one axis and both thresholds in large letters, for a projector; F11 or Escape ends it",
+            "Shows the result in large letters, for a projector; F11 or Escape ends it",
             alone(Key::F11),
             Command::TogglePresenter,
         ),
@@ -491,13 +448,13 @@ pub fn panes() -> Vec<Action> {
     panes::all().map(show).collect()
 }
 
-pub const THEMES: [(&str, Theme, &str); 3] = [
+const THEMES: [(&str, Theme, &str); 3] = [
     ("Dark", Theme::Dark, "Light text on a dark background"),
     ("Light", Theme::Light, "Dark text on a light background, as in printed figures"),
     ("Follow system", Theme::System, "Dark or light, as the settings of the desktop say"),
 ];
 
-fn themes(engine: &Engine) -> Vec<Action> {
+pub fn themes(engine: &Engine) -> Vec<Action> {
     let choose = |(name, theme, explanation): (&str, Theme, &'static str)| {
         let preferences = Preferences { theme, ..engine.preferences.clone() };
         let is_other = engine.preferences.theme != theme;
@@ -560,7 +517,7 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         writing(engine),
         vec![quit()],
         edit(can),
-        time(can),
+        time(),
         shown(engine),
         roles(engine),
         settings(engine),
@@ -569,7 +526,6 @@ pub fn all(engine: &Engine, can: CanGo) -> Vec<Action> {
         panes(),
         themes(engine),
         text_scales(),
-        pictures(),
         help(),
     ];
     groups.into_iter().flatten().collect()
@@ -652,7 +608,7 @@ mod tests {
 
     #[test]
     fn keys_ask_for_their_own_action_and_for_nothing_else() {
-        let can = CanGo { undo: true, redo: true, zoom_back: true, zoom_forward: true };
+        let can = CanGo { undo: true, redo: true };
         let engine = Engine::new(std::sync::Arc::new(|| {}));
         for action in all(&engine, can).into_iter().filter(|action| action.enabled) {
             let Some(keys) = action.keys else { continue };

@@ -1,13 +1,13 @@
 //! Pane with a small loop of each axis, which chooses the axis that the other panes show.
 
-use egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo};
+use egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2};
 
 use crate::{
     questions::{Analysis, AxisTraces},
     scoring::Series,
     ui::{
-        command::{Command, Pane},
-        controls::place_right,
+        command::Command,
+        controls::{named_selected, place_right},
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors},
@@ -21,12 +21,6 @@ const GAP: f32 = 8.0;
 const NAME_HEIGHT: f32 = 20.0;
 /// Maximum number of samples that a loop is drawn from.
 const MOST_SAMPLES: usize = 1500;
-
-pub const PANE: Pane = Pane {
-    key: "axes",
-    title: "Axes",
-    explanation: "The error of each axis over its reference load, for the recording in the traces; a press on a loop chooses the axis",
-};
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -52,9 +46,7 @@ fn axis_loop(ui: &mut Ui, analysis: &Analysis, at: usize, place: Rect, cx: &mut 
     let axis = analysis.calibration.axes[at];
     let response = ui.interact(place, ui.scope_id().with(at), Sense::click());
     let is_shown = cx.scope.axes().first() == Some(&axis);
-    response.widget_info(|| {
-        WidgetInfo::selected(egui::Role::RadioButton, true, is_shown, axis.symbol())
-    });
+    named_selected(&response, egui::Role::RadioButton, is_shown, axis.symbol());
     let visuals = ui.visuals().clone();
     let inside = place.with_min_y(place.top() + NAME_HEIGHT);
     ui.painter().rect_filled(inside, 2.0, visuals.extreme_bg_color);

@@ -57,7 +57,7 @@ pub fn choosing(ui: &mut Ui, engine: &Engine, out: &mut Out) {
             if ui.press_if(
                 !choosing,
                 label,
-                "Tries lists of values of this feature by cross-validation, with all other settings unchanged. Chooses the shortest list whose error is within 1 % of the smallest error",
+                "Chooses the shortest list of values whose cross-validated error is within 1 % of the smallest",
             ) {
                 out.send(Action::ChooseBlock(block, None));
             }

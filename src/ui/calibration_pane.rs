@@ -9,19 +9,12 @@ use crate::{
     recording::Axis,
     report::{Cell, Column, Table},
     ui::{
-        command::Pane,
         controls::Controls as _,
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         table,
     },
-};
-
-pub const PANE: Pane = Pane {
-    key: "calibration",
-    title: "Calibration",
-    explanation: "Calibration matrices, with the name of the feature above each column",
 };
 
 #[derive(Debug, Default)]

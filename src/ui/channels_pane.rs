@@ -17,7 +17,7 @@ use crate::{
     ui::{
         choice::{labelled_choice, named_choice},
         command::{Out, Pane},
-        controls::Controls as _,
+        controls::{Controls as _, named, named_selected},
         numbers::elided,
         pane::{Cx, PaneView},
         plots::{self, Zoom},
@@ -47,12 +47,6 @@ const FORCES: [&str; 6] = ["N", "kN", "kgf", "gf", "lbf", "ozf"];
 /// Units of a moment that can be chosen for a column without a unit.
 const MOMENTS: [&str; 5] = ["N·m", "N·mm", "kgf·m", "lbf·in", "lbf·ft"];
 
-pub const PANE: Pane = Pane {
-    key: "channels",
-    title: "Channels",
-    explanation: "Any channel over time or over any other, with its noise, drift and spectrum; the roles of the channels",
-};
-
 #[derive(Debug)]
 pub struct View {
     asker: Asker,
@@ -67,7 +61,7 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        Self::asking_as(PANE.key, false)
+        Self::asking_as(Pane::CHANNELS.key, false)
     }
 }
 
@@ -229,9 +223,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
                 let label = channel.label(recording);
                 let name = elided(&label, CHANNEL_LENGTH);
                 let name = ui.selectable_label(*up == channel, name);
-                name.widget_info(|| {
-                    egui::WidgetInfo::selected(egui::Role::Button, true, *up == channel, &label)
-                });
+                named_selected(&name, egui::Role::Button, *up == channel, &label);
                 let hover = format!("{label}: press to plot this channel on the vertical axis");
                 if name.on_hover_text(hover).clicked() {
                     *up = channel;
@@ -266,7 +258,7 @@ fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out
         })
         .inner;
     let label = format!("Role of {name}: {role}");
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, can_change, &label));
+    named(&response, egui::Role::Button, &label);
     response.on_hover_text(
         "Role of this channel. Another role reads the file again; undo restores the present role",
     );

@@ -14,8 +14,8 @@ use crate::{
     },
     scoring::budget::Cause,
     ui::{
-        command::{Out, Pane},
-        controls::{Controls as _, place, place_right},
+        command::Out,
+        controls::{Controls as _, cells, place, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -39,12 +39,6 @@ const SOURCE_WIDTH: f32 = 220.0;
 const WIDTH_WITH_SOURCE: f32 = 1000.0;
 const GAP: f32 = 10.0;
 const BAR_HEIGHT: f32 = 9.0;
-
-pub const PANE: Pane = Pane {
-    key: "check",
-    title: "Check",
-    explanation: "Shows where the error comes from, whether the recordings determine the model, and faults of the rig",
-};
 
 #[derive(Debug, Default)]
 pub struct View {
@@ -138,29 +132,12 @@ fn found_from(row: Row) -> &'static str {
     }
 }
 
-/// Places of the columns in a row of the budget.
-struct Columns {
-    name: Rect,
-    bars: Rect,
-    /// What the share is found from; empty in a narrow pane.
-    source: Rect,
-    before: Rect,
-    after: Rect,
-    remedy: Rect,
-}
-
-impl Columns {
-    fn of(row: Rect) -> Self {
-        let name = row.with_max_x(row.left() + NAME_WIDTH);
-        let remedy = row.with_min_x(row.right() - REMEDY_WIDTH);
-        let number = |right: f32| row.with_min_x(right - NUMBER_WIDTH).with_max_x(right);
-        let after = number(remedy.left() - 2.0 * GAP);
-        let before = number(after.left() - GAP);
-        let source = if row.width() < WIDTH_WITH_SOURCE { 0.0 } else { SOURCE_WIDTH };
-        let source = row.with_min_x(before.left() - source).with_max_x(before.left() - GAP);
-        let bars = row.with_min_x(name.right()).with_max_x(source.left() - GAP);
-        Self { name, bars, source, before, after, remedy }
-    }
+/// Returns the places in a row of the budget: name, bars, what the share is found from (empty in a narrow pane), both
+/// numbers, and the remedy.
+fn columns(row: Rect) -> [Rect; 6] {
+    let source = if row.width() < WIDTH_WITH_SOURCE { 0.0 } else { SOURCE_WIDTH };
+    let widths = [NAME_WIDTH, f32::INFINITY, source, NUMBER_WIDTH, NUMBER_WIDTH, REMEDY_WIDTH];
+    cells(row, GAP, widths)
 }
 
 fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &ErrorBudget) {
@@ -185,43 +162,42 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
     let both = [Some(uncompensated), budget.compensated.as_ref().and_then(split)];
     let colors = [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(ui.visuals()));
     let width = ui.available_width();
-    let row = |ui: &mut Ui, height: f32| Columns::of(ui.allocate_space(Vec2::new(width, height)).1);
-    let head = row(ui, 24.0);
-    for (rect, color) in [head.before, head.after].into_iter().zip(colors) {
+    let row = |ui: &mut Ui, height: f32| columns(ui.allocate_space(Vec2::new(width, height)).1);
+    let [_, _, source_head, before_head, after_head, remedy_head] = row(ui, 24.0);
+    for (rect, color) in [before_head, after_head].into_iter().zip(colors) {
         place_right(ui, rect, |ui| ui.colored_label(color, "% FS"));
     }
-    place(ui, head.remedy, |ui| ui.weak("Remedy, and the error with it"));
-    let has_source = head.source.is_positive();
+    place(ui, remedy_head, |ui| ui.weak("Remedy, and the error with it"));
+    let has_source = source_head.is_positive();
     if has_source {
-        place(ui, head.source, |ui| ui.weak("Found from"));
+        place(ui, source_head, |ui| ui.weak("Found from"));
     }
     let totals = both.iter().flatten().map(|(_, shares)| shares.total);
     let longest = totals.fold(0.0, f64::max).sqrt();
     let (total, parts): (Vec<Row>, Vec<Row>) = Row::all().partition(|row| *row == Row::Total);
     for shown in parts.into_iter().chain(total) {
-        let columns = row(ui, ROW_HEIGHT);
+        let [name_place, bars, source_place, numbers @ .., remedy_place] = row(ui, ROW_HEIGHT);
         let name = RichText::new(shown.name(before));
         let name = if shown == Row::Total { name.strong() } else { name };
         let source = found_from(shown);
-        let label = place(ui, columns.name, |ui| ui.add(Label::new(name).truncate()));
+        let label = place(ui, name_place, |ui| ui.add(Label::new(name).truncate()));
         if has_source {
-            place(ui, columns.source, |ui| {
+            place(ui, source_place, |ui| {
                 ui.add(Label::new(RichText::new(source).weak()).truncate())
             });
         } else if !source.is_empty() {
             label.on_hover_text(format!("Found from {source}"));
         }
-        let middle = columns.bars.center().y;
-        let numbers = [columns.before, columns.after];
+        let middle = bars.center().y;
         for (at, (budget_and_shares, number)) in both.iter().zip(numbers).enumerate() {
             let Some((one, shares)) = budget_and_shares else { continue };
             let square = shown.square(shares);
             let text = RichText::new(shown.cell(one, shares).text);
             let text = if square > 0.0 { text } else { text.weak().size(11.0) };
             place_right(ui, number, |ui| ui.label(text));
-            let length = (square.max(0.0).sqrt() / longest) as f32 * columns.bars.width();
+            let length = (square.max(0.0).sqrt() / longest) as f32 * bars.width();
             let top = middle + [-BAR_HEIGHT - 0.5, 0.5][at];
-            let corner = egui::pos2(columns.bars.left(), top);
+            let corner = egui::pos2(bars.left(), top);
             let bar = Rect::from_min_size(corner, Vec2::new(length, BAR_HEIGHT));
             ui.painter().rect_filled(bar, 1.0, colors[at]);
         }
@@ -235,7 +211,7 @@ fn budget_table(ui: &mut Ui, cx: &mut Cx<'_>, found: &Sufficiency, budget: &Erro
                 }
         };
         if let Some(remedy) = found.remedies.iter().find(is_for) {
-            place(ui, columns.remedy, |ui| {
+            place(ui, remedy_place, |ui| {
                 remedy_cell(ui, cx.engine, remedy, budget, measure, cx.out)
             });
         }

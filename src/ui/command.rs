@@ -1,7 +1,5 @@
 //! Commands that panes, menus and keys send: each is an action of the engine (data, fits, files) or an action of the window.
 
-use std::path::PathBuf;
-
 use crate::{
     engine::{Action, Edit, FileContent, ImportCommand, Level, Notice},
     features::Setting,
@@ -18,6 +16,90 @@ pub struct Pane {
     pub title: &'static str,
     /// Explanation of the pane in one sentence, without a full stop.
     pub explanation: &'static str,
+}
+
+impl Pane {
+    pub(crate) const RECORDINGS: Self = Self::new(
+        "recordings",
+        "Recordings",
+        "The open recordings by group, with their roles and errors",
+    );
+    pub(crate) const SETTINGS: Self =
+        Self::new("settings", "Settings", "Thresholds, features and regressor");
+    pub(crate) const TRACES: Self = Self::new("traces", "Traces", "Loads and errors over time");
+    pub(crate) const LOOK_BACK: Self = Self::new(
+        "look-back",
+        "Look-back",
+        "Loads and errors at the pointer, and the earlier sample that the look-back finds",
+    );
+    pub(crate) const THRESHOLDS: Self = Self::new(
+        "thresholds",
+        "Thresholds",
+        "Map of the error for pairs of force threshold F_th and time threshold t_th",
+    );
+    pub(crate) const PAIRS: Self = Self::new(
+        "pairs",
+        "Good pairs",
+        "The pair of thresholds with the lowest error, and the mean hysteresis of the sensor",
+    );
+    pub(crate) const MODELS: Self = Self::new(
+        "compare",
+        "Models",
+        "Search for the best model, and the list of all tried models with their errors",
+    );
+    pub(crate) const TRADE: Self = Self::new(
+        "trade",
+        "Error against memory",
+        "Cross-validated error of each tried model against the memory that it needs on a controller; a press on a point applies the model",
+    );
+    pub(crate) const LOOPS: Self =
+        Self::new("loops", "Loops", "Hysteresis loops, cross-plots, and drift in dwells");
+    pub(crate) const AXES: Self = Self::new(
+        "axes",
+        "Axes",
+        "The error of each axis over its reference load, for the recording in the traces; a press on a loop chooses the axis",
+    );
+    pub(crate) const METROLOGY: Self = Self::new(
+        "metrology",
+        "Metrology",
+        "Hysteresis, nonlinearity, repeatability, creep, crosstalk and errors of the uncompensated and the compensated load",
+    );
+    pub(crate) const ERRORS: Self = Self::new(
+        "errors",
+        "Errors (RMSE)",
+        "RMSE of each axis by cross-validation, on the test samples or on the training samples; a press on an axis shows its traces",
+    );
+    pub(crate) const CALIBRATION: Self = Self::new(
+        "calibration",
+        "Calibration",
+        "Calibration matrices, with the name of the feature above each column",
+    );
+    pub(crate) const EXPORT: Self = Self::new(
+        "export",
+        "Export",
+        "Identity of the sensor, and the files to which the calibration is written, as data or as code for a robot",
+    );
+    pub(crate) const NOTES: Self =
+        Self::new("notes", "Notes", "Free text that is saved with the session");
+    pub(crate) const LIVE: Self = Self::new(
+        "live",
+        "Live",
+        "The loads in the newest minute of a growing log file, computed by the present calibration",
+    );
+    pub(crate) const CHECK: Self = Self::new(
+        "check",
+        "Check",
+        "Shows where the error comes from, whether the recordings determine the model, and faults of the rig",
+    );
+    pub(crate) const CHANNELS: Self = Self::new(
+        "channels",
+        "Channels",
+        "Any channel over time or over any other, with its noise, drift and spectrum; the roles of the channels",
+    );
+
+    const fn new(key: &'static str, title: &'static str, explanation: &'static str) -> Self {
+        Self { key, title, explanation }
+    }
 }
 
 /// Kind of work, with its own arrangement of panes.
@@ -73,10 +155,6 @@ impl Workspace {
 pub enum TimeMove {
     /// Shows the whole time axis.
     Fit,
-    /// Shows the interval of time that was visible before the last zoom or move.
-    Back,
-    /// Returns to the interval of time that was visible before going back.
-    Forward,
     /// Multiplies the length of the visible interval of time by this factor.
     Zoom(f64),
     /// Moves the visible interval of time by this share of its length; a negative share moves to earlier times.
@@ -89,8 +167,6 @@ pub enum TimeMove {
     PutCursor(usize),
     /// Shows or hides the table of the signals' values at cursors A and B.
     ToggleTable,
-    /// Keeps the vertical scales, or lets them follow the loads.
-    ToggleLock,
     /// Shows the compensated load, or hides it.
     ToggleCompensated,
 }
@@ -102,6 +178,21 @@ pub enum ImageTo {
     Clipboard,
     /// A file that the user chooses.
     File,
+}
+
+/// Purpose for which the user chooses a path.
+#[derive(Clone, Debug)]
+pub enum PathFor {
+    /// Files to open.
+    Open,
+    /// A file whose columns the user chooses.
+    Import,
+    /// A log file that is still being written.
+    Follow,
+    /// The folder that now holds the files of the session.
+    Locate,
+    /// The file to which this content is written.
+    Save(FileContent),
 }
 
 /// Command of the user to the engine or the window.
@@ -149,20 +240,14 @@ pub enum Command {
     Time(TimeMove),
     /// Enlarges (1), shrinks (-1) or resets (0) text and controls.
     TextScale(i8),
-    /// Takes an image of the whole window.
-    ImageOfAll(ImageTo),
     /// Takes an image of this rectangle of the window.
     Image(egui::Rect, ImageTo),
     /// Tares the recording with this index by its gauges between the cursors.
     TareBetweenCursors(usize),
-    /// Asks which files to open.
-    ChooseFiles,
-    /// Asks which file to import.
-    ChooseImport,
-    /// Asks which growing log file to follow.
-    ChooseFollowed,
-    /// Asks for the folder that now holds the files of the session.
-    ChooseLost,
+    /// Opens the dialog that asks for a path.
+    Choose(PathFor),
+    /// Lets the user type the path, because the computer has no file dialog, or because the user prefers to type.
+    TypePath(PathFor),
     /// Asks where to write the calibration.
     ChooseExport,
     /// Asks where to write the report.
@@ -173,12 +258,6 @@ pub enum Command {
     SaveSession,
     /// Asks where to save the session.
     SaveSessionAs,
-    /// Asks for a path to which this content is written.
-    ChooseFileFor(FileContent),
-    /// Lets the user type a path to which this content is written, because the computer has no file dialog.
-    TypePathFor(FileContent),
-    /// The path that the user typed, or `None` if the user cancelled.
-    PathTyped(Option<PathBuf>),
 }
 
 impl Command {

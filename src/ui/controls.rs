@@ -1,11 +1,9 @@
 //! Controls that all panes use, each with a hover text.
 
-use std::path::PathBuf;
-
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{
-    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, ScrollArea, TextEdit, Ui,
-    UiBuilder, Widget, WidgetText,
+    Align, Button, Layout, PopupCloseBehavior, Rect, Response, RichText, Role, ScrollArea, Ui,
+    UiBuilder, Widget, WidgetInfo, WidgetText,
 };
 
 use crate::engine::Engine;
@@ -73,26 +71,9 @@ pub trait Controls {
         field: impl Widget,
         about: impl Into<WidgetText>,
     ) -> Response {
-        self.labelled(label, field).on_hover_text(about)
-    }
-
-    /// Draws a field for a path, and a button. Returns the path if the user pressed the button, or Enter in the field.
-    fn path_field(
-        &mut self,
-        label: &str,
-        path: &mut String,
-        (width, hint): (f32, &str),
-        [about, button, does]: [&str; 3],
-    ) -> Option<PathBuf> {
-        let field = TextEdit::singleline(path).hint_text(hint).desired_width(width);
-        let field = self.field(
-            label,
-            field,
-            format!("{about}. The Enter key does the same as the button {button}"),
-        );
-        let entered = self.entered(&field);
-        let path = path.trim();
-        ((self.press(button, does) || entered) && !path.is_empty()).then(|| path.into())
+        let about = about.into();
+        let label = self.this_ui().label(label).on_hover_text(about.clone());
+        self.this_ui().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Draws a button that copies a table to the clipboard.
@@ -101,21 +82,6 @@ pub trait Controls {
         if self.press(format!("Copy {what}"), about) {
             self.this_ui().copy_text(text());
         }
-    }
-
-    fn labelled(&mut self, label: impl Into<WidgetText>, field: impl Widget) -> Response {
-        let label = self.this_ui().label(label);
-        self.this_ui().add(field).labelled_by(label.id)
-    }
-
-    fn explained_field(
-        &mut self,
-        label: impl Into<WidgetText>,
-        field: impl Widget,
-        about: &str,
-    ) -> Response {
-        let label = self.this_ui().label(label).on_hover_text(about);
-        self.this_ui().add(field).labelled_by(label.id).on_hover_text(about)
     }
 
     /// Returns true if the user pressed Enter in this text field.
@@ -155,6 +121,30 @@ pub trait Controls {
         let menu = MenuButton::from_button(button).config(stays);
         menu.ui(self.this_ui(), contents).0
     }
+}
+
+/// Gives a widget a name for screen readers.
+pub fn named(widget: &Response, role: Role, name: &str) {
+    widget.widget_info(|| WidgetInfo::labeled(role, widget.enabled(), name));
+}
+
+/// Gives a widget that can be selected a name for screen readers.
+pub fn named_selected(widget: &Response, role: Role, is_selected: bool, name: &str) {
+    widget.widget_info(|| WidgetInfo::selected(role, widget.enabled(), is_selected, name));
+}
+
+/// Divides a row from left to right into places of these widths (points), with gaps between them. The place of infinite width
+/// takes the rest.
+pub fn cells<const N: usize>(row: Rect, gap: f32, widths: [f32; N]) -> [Rect; N] {
+    let fixed: f32 = widths.iter().filter(|width| width.is_finite()).sum();
+    let rest = row.width() - fixed - gap * (N - 1) as f32;
+    let mut left = row.left();
+    widths.map(|width| {
+        let width = if width.is_finite() { width } else { rest };
+        let place = row.with_min_x(left).with_max_x(left + width);
+        left += width + gap;
+        place
+    })
 }
 
 /// Draws contents in a fixed place, from left to right and centred vertically.

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::sync::mpsc::Sender;
 
 use crate::{
-    engine::{Action, Existing, FileContent, ImportCommand, Level, query::Notify},
+    engine::{Action, Existing, FileContent, ImportCommand, query::Notify},
     export::TARGETS,
     formats,
     logged::take_dialog_error,
-    ui::command::Command,
+    ui::command::{Command, PathFor},
 };
 
 /// Way by which a file dialog answers the window.
@@ -30,45 +30,47 @@ impl Reply {
     }
 }
 
-/// Returns the command that writes content to the chosen file. The dialog has already asked before it chose an existing file.
-pub fn save_to(content: FileContent, path: PathBuf) -> Command {
+impl PathFor {
+    /// Returns the title of the dialog that asks for the path.
+    pub fn title(&self) -> &'static str {
+        match self {
+            Self::Open => "Open recordings, a calibration or a session",
+            Self::Import => "Import a recording",
+            Self::Follow => "Choose a log file that is being written",
+            Self::Locate => "Choose the folder that now holds the session's files",
+            Self::Save(_) => "Save as",
+        }
+    }
+
+    /// Returns the command that uses the chosen paths. `existing` says whether a chosen file may be replaced.
+    pub fn answer(self, mut paths: Vec<PathBuf>, existing: Existing) -> Option<Command> {
+        let last = paths.pop()?;
+        Some(match self {
+            Self::Open => {
+                paths.push(last);
+                Action::Open(paths).into()
+            }
+            Self::Import => ImportCommand::Open(last).into(),
+            Self::Follow => Action::Follow(last).into(),
+            Self::Locate => Action::Locate(last).into(),
+            // The export itself checks that the file's ending belongs to an export format.
+            Self::Save(FileContent::Calibration(..)) => Action::Export(vec![last], existing).into(),
+            Self::Save(content) => Action::Save(content, last, existing).into(),
+        })
+    }
+}
+
+/// Returns the command that uses the paths that a dialog has chosen. A dialog asks before it chooses an existing file.
+pub fn chosen(what: PathFor, paths: Vec<PathBuf>) -> Option<Command> {
     // For a new file, the dialog asked nothing. But an export may also write further files, which may exist.
-    let existing = if path.exists() { Existing::Replace } else { Existing::Ask };
-    write(content, path, existing)
+    let exists = paths.iter().any(|path| path.exists());
+    what.answer(paths, if exists { Existing::Replace } else { Existing::Ask })
 }
 
-pub fn write(content: FileContent, path: PathBuf, existing: Existing) -> Command {
-    let action = match content {
-        // The export itself checks that the file's ending belongs to an export format.
-        FileContent::Calibration(..) => Action::Export(vec![path], existing),
-        content => Action::Save(content, path, existing),
-    };
-    action.into()
-}
-
-/// Ways to ask the user for files. Tests replace the desktop's dialogs.
+/// Way to ask the user for files. Tests replace the desktop's dialogs.
 pub trait Dialogs {
-    /// Asks which files to open.
-    fn open_files(&mut self, reply: Reply);
-    /// Asks which file to import.
-    fn import(&mut self, reply: Reply);
-    /// Asks for a growing log file, whose new rows the program reads.
-    fn follow(&mut self, reply: Reply) {
-        one_file(reply, "Choose a log file that is being written", |path| {
-            Action::Follow(path).into()
-        });
-    }
-    /// Asks for the folder that now holds the files of the session.
-    fn locate(&mut self, reply: Reply) {
-        let dialog = rfd::AsyncFileDialog::new()
-            .set_title("Choose the folder that now holds the session's files");
-        asked(reply, no_dialog(), || {
-            let folder = pollster::block_on(dialog.pick_folder())?;
-            Some(Action::Locate(folder.path().to_owned()).into())
-        });
-    }
-    /// Asks for the file to which the content is written.
-    fn save(&mut self, content: FileContent, reply: Reply);
+    /// Asks for one path or several.
+    fn ask(&mut self, what: PathFor, reply: Reply);
 }
 
 /// The file dialogs of the desktop.
@@ -76,65 +78,41 @@ pub trait Dialogs {
 pub struct NativeDialogs;
 
 impl Dialogs for NativeDialogs {
-    fn open_files(&mut self, reply: Reply) {
-        let calibrations = TARGETS.iter().filter(|target| target.reader.is_some());
-        let calibrations = calibrations.flat_map(|target| target.endings.iter().copied());
-        let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
-        let dialog = rfd::AsyncFileDialog::new()
-            .set_title("Open recordings, a calibration or a session")
-            .add_filter("Recordings, calibrations, sessions", &endings)
-            .add_filter("All files", &["*"]);
-        asked(reply, no_dialog(), || {
-            let files = pollster::block_on(dialog.pick_files())?;
-            let paths = files.iter().map(|file| file.path().to_owned()).collect();
-            Some(Action::Open(paths).into())
+    fn ask(&mut self, what: PathFor, reply: Reply) {
+        let mut dialog = rfd::AsyncFileDialog::new().set_title(what.title());
+        match &what {
+            PathFor::Open => {
+                let calibrations = TARGETS.iter().filter(|target| target.reader.is_some());
+                let calibrations = calibrations.flat_map(|target| target.endings.iter().copied());
+                let endings: Vec<&str> = formats::endings().chain(calibrations).collect();
+                dialog = dialog.add_filter("Recordings, calibrations, sessions", &endings);
+                dialog = dialog.add_filter("All files", &["*"]);
+            }
+            PathFor::Save(content) => {
+                dialog = dialog.set_file_name(content.usual_name());
+                for (name, endings) in content.formats() {
+                    dialog = dialog.add_filter(name, &endings);
+                }
+            }
+            _ => {}
+        }
+        std::thread::spawn(move || {
+            let _ = take_dialog_error();
+            let files = pollster::block_on(async {
+                match &what {
+                    PathFor::Open => return dialog.pick_files().await,
+                    PathFor::Locate => dialog.pick_folder().await,
+                    PathFor::Save(_) => dialog.save_file().await,
+                    _ => dialog.pick_file().await,
+                }
+                .map(|file| vec![file])
+            });
+            let paths = files.into_iter().flatten().map(|file| file.path().to_owned());
+            match chosen(what.clone(), paths.collect()) {
+                Some(command) => reply.send(command),
+                None if take_dialog_error().is_some() => reply.send(Command::TypePath(what)),
+                None => {}
+            }
         });
     }
-
-    fn import(&mut self, reply: Reply) {
-        one_file(reply, "Import a recording", |path| ImportCommand::Open(path).into());
-    }
-
-    fn save(&mut self, content: FileContent, reply: Reply) {
-        let mut dialog =
-            rfd::AsyncFileDialog::new().set_title("Save").set_file_name(content.usual_name());
-        for (name, endings) in content.formats() {
-            dialog = dialog.add_filter(name, &endings);
-        }
-        let none = Command::TypePathFor(content.clone());
-        asked(reply, none, || {
-            let file = pollster::block_on(dialog.save_file())?;
-            Some(save_to(content, file.path().to_owned()))
-        });
-    }
-}
-
-fn one_file(reply: Reply, title: &str, chosen: fn(PathBuf) -> Command) {
-    let dialog = rfd::AsyncFileDialog::new().set_title(title);
-    asked(reply, no_dialog(), move || {
-        let file = pollster::block_on(dialog.pick_file())?;
-        Some(chosen(file.path().to_owned()))
-    });
-}
-
-fn no_dialog() -> Command {
-    Command::tell(
-        Level::Warning,
-        "This computer has no file dialog; type a path in the field instead, or drop files on the window",
-    )
-}
-
-fn asked(
-    reply: Reply,
-    without_dialogs: Command,
-    ask: impl FnOnce() -> Option<Command> + Send + 'static,
-) {
-    std::thread::spawn(move || {
-        let _ = take_dialog_error();
-        match ask() {
-            Some(command) => reply.send(command),
-            None if take_dialog_error().is_some() => reply.send(without_dialogs),
-            None => {}
-        }
-    });
 }

@@ -20,14 +20,14 @@ use crate::{
     ui::{
         blocks_panel,
         choice::choice,
-        command::{Command, Out},
+        command::{Command, Out, Pane},
+        controls::named,
         numbers::significant,
         palette::{self, Trace},
         pane::Cx,
         regressor_panel,
         scope::Scope,
         setting::{found, switched},
-        settings_panel,
     },
 };
 
@@ -111,7 +111,7 @@ fn model_choices(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings, out: 
             let more =
                 ui.button("More…").on_hover_text("Shows all settings of the fit (Ctrl+comma)");
             if more.clicked() {
-                out.send(Command::ToggleDrawer(settings_panel::PANE));
+                out.send(Command::ToggleDrawer(Pane::SETTINGS));
             }
         });
     });
@@ -298,7 +298,7 @@ fn threshold(
             ui.scope_id().with(("lowest", shown.setting.label)),
             Sense::click(),
         );
-        mark.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &about));
+        named(&mark, egui::Role::Button, &about);
         if mark.on_hover_text(&about).clicked() {
             value = lowest * shown.factor;
         }

@@ -1,6 +1,6 @@
 //! Pane with the errors of each axis, which also chooses the axes that the traces show.
 
-use egui::{Label, Rect, RichText, Sense, Ui, Vec2, WidgetInfo};
+use egui::{Label, Rect, RichText, Sense, Ui, Vec2};
 
 use crate::{
     engine::Engine,
@@ -11,8 +11,8 @@ use crate::{
     scoring::score_set::ScoreSet,
     ui::{
         channels_pane,
-        command::{Command, Out, Pane},
-        controls::{Controls as _, place as place_in, place_right},
+        command::{Command, Out},
+        controls::{Controls as _, cells, named_selected, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -28,12 +28,6 @@ const AXIS_WIDTH: f32 = 58.0;
 const NUMBER_WIDTH: f32 = 54.0;
 const CHANGE_WIDTH: f32 = 46.0;
 const GAP: f32 = 6.0;
-
-pub const PANE: Pane = Pane {
-    key: "errors",
-    title: "Errors (RMSE)",
-    explanation: "RMSE of each axis by cross-validation, on the test samples or on the training samples; a press on an axis shows its traces",
-};
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -90,44 +84,23 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
     });
 }
 
-/// Places of the columns of a row: the axis, the small plot, both errors, their change and the expected error.
-struct Columns {
-    axis: Rect,
-    plot: Rect,
-    numbers: [Rect; 4],
-}
-
-impl Columns {
-    fn of(row: Rect) -> Self {
-        let mut right = row.right() - GAP;
-        let mut next = |width: f32| {
-            let place = row.with_min_x(right - width).with_max_x(right);
-            right -= width + GAP;
-            place
-        };
-        let expected = next(NUMBER_WIDTH);
-        let change = next(CHANGE_WIDTH);
-        let after = next(NUMBER_WIDTH);
-        let before = next(NUMBER_WIDTH);
-        let axis = row.with_min_x(row.left() + GAP).with_max_x(row.left() + GAP + AXIS_WIDTH);
-        let plot = row
-            .with_min_x(axis.right())
-            .with_max_x(before.left() - GAP)
-            .shrink2(Vec2::new(0.0, 3.0));
-        Self { axis, plot, numbers: [before, after, change, expected] }
-    }
+/// Returns the places of the columns of a row: the axis, the small plot, both errors, their change and the expected error.
+fn columns(row: Rect) -> [Rect; 6] {
+    let widths =
+        [AXIS_WIDTH, f32::INFINITY, NUMBER_WIDTH, NUMBER_WIDTH, CHANGE_WIDTH, NUMBER_WIDTH];
+    cells(row.shrink2(Vec2::new(GAP, 0.0)), GAP, widths)
 }
 
 fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: &mut Out) {
     let (_, head) = ui.allocate_space(Vec2::new(ui.available_width(), 22.0));
-    let columns = Columns::of(head);
+    let [_, _, heads @ ..] = columns(head);
     let visuals = ui.visuals().clone();
     let [before, after] =
         [Trace::Conventional, Trace::Compensated].map(|trace| trace.color(&visuals));
     let weak = visuals.weak_text_color();
     let about = "Load error within which 95 % of the held-out errors lie";
     let titles = [("Uncomp.", before), ("Comp.", after), ("change", weak), ("95 %", weak)];
-    for ((title, color), place) in titles.into_iter().zip(columns.numbers) {
+    for ((title, color), place) in titles.into_iter().zip(heads) {
         let label = place_right(ui, place, |ui| ui.colored_label(color, title));
         if title == "95 %" {
             label.on_hover_text(about);
@@ -141,11 +114,9 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
     for (at, axis) in analysis.calibration.axes.iter().enumerate() {
         let size = Vec2::new(ui.available_width(), height);
         let (place, row) = ui.allocate_exact_size(size, Sense::click());
-        let columns = Columns::of(place);
+        let [name, plot, numbers @ ..] = columns(place);
         let is_shown = scope.axes().contains(axis);
-        row.widget_info(|| {
-            WidgetInfo::selected(egui::Role::RadioButton, true, is_shown, axis.label())
-        });
+        named_selected(&row, egui::Role::RadioButton, is_shown, &axis.label());
         let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it. The right mouse button opens the menu of its role");
         if is_shown {
             ui.painter().rect_filled(place, 4.0, visuals.selection.bg_fill);
@@ -153,11 +124,11 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             ui.painter().rect_filled(place, 4.0, visuals.widgets.hovered.weak_bg_fill);
         }
         let color = if is_shown { visuals.selection.stroke.color } else { visuals.text_color() };
-        place_in(ui, columns.axis, |ui| {
+        place_in(ui, name, |ui| {
             ui.add(Label::new(RichText::new(axis.label()).color(color)).selectable(false));
         });
         if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == *axis) {
-            errors_over_time(ui, traces, columns.plot);
+            errors_over_time(ui, traces, plot.shrink2(Vec2::new(0.0, 3.0)));
         }
         let pair = errors
             .as_ref()
@@ -170,7 +141,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
                 .and_then(|expected| expected.axes.get(at)?.value)
                 .map(|value| significant(value, 3)),
         ];
-        for (text, place) in texts.into_iter().zip(columns.numbers) {
+        for (text, place) in texts.into_iter().zip(numbers) {
             let text = RichText::new(text.unwrap_or_else(|| "–".to_owned())).color(color);
             place_right(ui, place, |ui| ui.add(Label::new(text).selectable(false)));
         }

@@ -18,8 +18,8 @@ use crate::{
     recording::Item,
     shown::{counted, first},
     ui::{
-        command::{Command, Out, Pane},
-        controls::{Controls as _, place, place_right},
+        command::{Command, Out},
+        controls::{Controls as _, cells, named, place, place_right},
         pane::{Cx, PaneView},
     },
 };
@@ -45,12 +45,6 @@ const FIELD: f32 = 138.0;
 /// Items of the identity that are always in sight.
 const IN_SIGHT: [Item; 5] =
     [Item::Model, Item::Serial, Item::Operator, Item::Date, Item::Reference];
-
-pub const PANE: Pane = Pane {
-    key: "export",
-    title: "Export",
-    explanation: "Identity of the sensor, and the files to which the calibration is written, as data or as code for a robot",
-};
 
 #[derive(Debug)]
 pub struct View {
@@ -170,28 +164,26 @@ impl View {
         let outline = Outline::of(calibration);
         let sizes = engine.lane::<AskFileSizes>().whole();
         let sizes = sizes.filter(|(asked, _)| std::ptr::eq(&*asked.0, calibration));
-        let columns = Columns::next(ui, HEAD_HEIGHT);
-        place(ui, columns.purpose, |ui| {
-            ui.label(RichText::new("What do you need it for?").size(15.0))
-        });
-        place(ui, columns.file, |ui| ui.weak("file"));
-        for (part, place) in PARTS.into_iter().zip(columns.parts) {
+        let (purpose, file, parts, size, _) = next_row(ui, HEAD_HEIGHT);
+        place(ui, purpose, |ui| ui.label(RichText::new("What do you need it for?").size(15.0)));
+        place(ui, file, |ui| ui.weak("file"));
+        for (part, place) in PARTS.into_iter().zip(parts) {
             centred(ui, place, RichText::new(part).weak())
                 .on_hover_text("A tick: contained. A cross: left out. A dash: the calibration or the kind of file has none");
         }
-        place_right(ui, columns.size, |ui| ui.weak("[kB]"));
+        place_right(ui, size, |ui| ui.weak("[kB]"));
         for (at, target) in TARGETS.iter().enumerate() {
             let refusal = (target.refusal)(&outline);
             let size = sizes.and_then(|(_, sizes)| *sizes.get(at)?);
             self.format_row(ui, target, (refusal, size), calibration, engine);
         }
-        let columns = Columns::next(ui, row_height(ui));
-        place(ui, columns.purpose, |ui| {
+        let (purpose, file, .., remark) = next_row(ui, row_height(ui));
+        place(ui, purpose, |ui| {
             let about = "Writes the results to one HTML page with tables, loops and traces, to print or to send";
             self.tick(ui, (REPORT, false), "Report for people", about);
         });
-        place(ui, columns.file, |ui| ui.weak(".html"));
-        result(ui, columns.remark, self.path_of(&[REPORT]), engine);
+        place(ui, file, |ui| ui.weak(".html"));
+        result(ui, remark, self.path_of(&[REPORT]), engine);
     }
 
     /// Draws the tick of a format. A format whose ending is typed loses it with its tick.
@@ -221,47 +213,52 @@ impl View {
         calibration: &Calibration,
         engine: &Engine,
     ) {
-        let columns = Columns::next(ui, row_height(ui));
+        let (purpose, file, parts, size_place, remark) = next_row(ui, row_height(ui));
         let ending = target.endings[0];
         let left_out = (target.leaves_out)(calibration);
         let about =
             format!("{} (.{ending}): holds {}; leaves out {left_out}", target.name, target.holds);
         let is_typed = self.is_typed(target.endings);
-        place(ui, columns.purpose, |ui| {
+        place(ui, purpose, |ui| {
             ui.add_enabled_ui(refusal.is_none(), |ui| {
                 self.tick(ui, (ending, is_typed), target.purpose, &about);
             });
         });
-        place(ui, columns.file, |ui| ui.weak(format!(".{ending}")));
+        place(ui, file, |ui| ui.weak(format!(".{ending}")));
         if let Some(refusal) = refusal {
             let text = Label::new(RichText::new(&refusal).weak().size(12.0)).wrap();
-            let rest = columns.remark.with_min_x(columns.parts[0].left());
+            let rest = remark.with_min_x(parts[0].left());
             place(ui, rest, |ui| ui.add(text)).on_hover_text(refusal);
             return;
         }
-        let parts = (target.parts)(calibration).into_iter().zip(PARTS).zip(columns.parts);
+        let parts = (target.parts)(calibration).into_iter().zip(PARTS).zip(parts);
         for ((held, part), place) in parts {
             mark(ui, place, held, part, ending);
         }
         if let Some(bytes) = size {
-            place_right(ui, columns.size, |ui| {
+            place_right(ui, size_place, |ui| {
                 ui.label(format!("{:.0}", (bytes as f64 / 1e3).ceil()))
             });
         }
-        if result(ui, columns.remark, self.path_of(target.endings), engine) {
+        if result(ui, remark, self.path_of(target.endings), engine) {
             return;
         }
         if let Some(caution) = (target.caution)(calibration) {
-            let remark = if calibration.offset { "tare first" } else { "uncompensated" };
-            place(ui, columns.remark, |ui| ui.warn(remark))
+            let text = if calibration.offset { "tare first" } else { "uncompensated" };
+            place(ui, remark, |ui| ui.warn(text))
                 .on_hover_text(format!("This format leaves out {caution}"));
         } else if ending == "h" {
             let footprint = Footprint::of(calibration);
             let text = format!("{:.1} kB of RAM", footprint.memory as f64 / 1e3);
-            let label = place(ui, columns.remark, |ui| {
-                if footprint.is_large() { ui.warn(text) } else { ui.weak(text) }
-            });
-            label.on_hover_text(format!("Needed on a controller, {footprint}. To need less memory, set a history rate or a smaller time threshold t_th, or replace the look-back (earlier gauge values) by play"));
+            let label =
+                place(
+                    ui,
+                    remark,
+                    |ui| {
+                        if footprint.is_large() { ui.warn(text) } else { ui.weak(text) }
+                    },
+                );
+            label.on_hover_text(format!("Needed on a controller, {footprint}. A history rate, a smaller t_th, or play in place of the look-back need less"));
         }
     }
 
@@ -354,38 +351,19 @@ impl View {
     }
 }
 
-/// Places of the columns of a row.
-struct Columns {
-    purpose: Rect,
-    file: Rect,
-    parts: [Rect; PARTS.len()],
-    size: Rect,
-    remark: Rect,
-}
-
-impl Columns {
-    /// Takes the place of the next row, and divides it.
-    fn next(ui: &mut Ui, height: f32) -> Self {
-        let width = ui.available_width().max(LEAST_WIDTH);
-        let (_, row) = ui.allocate_space(egui::vec2(width, height));
-        if (row.top() / height) as i32 % 2 == 0 {
-            ui.painter().rect_filled(row, 0.0, ui.visuals().faint_bg_color);
-        }
-        let others = FILE_WIDTH + PARTS.len() as f32 * PART_WIDTH + SIZE_WIDTH + REMARK_WIDTH;
-        let mut left = row.left();
-        let mut next = |width: f32| {
-            let place = row.with_min_x(left).with_max_x(left + width);
-            left += width;
-            place
-        };
-        Self {
-            purpose: next(width - others),
-            file: next(FILE_WIDTH),
-            parts: [(); PARTS.len()].map(|()| next(PART_WIDTH)),
-            size: next(SIZE_WIDTH),
-            remark: next(REMARK_WIDTH).shrink2(egui::vec2(8.0, 0.0)),
-        }
+/// Takes the place of the next row, and divides it: the purpose, the file, each part of the calibration, size and remark.
+fn next_row(ui: &mut Ui, height: f32) -> (Rect, Rect, [Rect; PARTS.len()], Rect, Rect) {
+    let width = ui.available_width().max(LEAST_WIDTH);
+    let (_, row) = ui.allocate_space(egui::vec2(width, height));
+    if (row.top() / height) as i32 % 2 == 0 {
+        ui.painter().rect_filled(row, 0.0, ui.visuals().faint_bg_color);
     }
+    let mut widths = [PART_WIDTH; PARTS.len() + 4];
+    let last = widths.len() - 1;
+    (widths[0], widths[1], widths[last - 1], widths[last]) =
+        (f32::INFINITY, FILE_WIDTH, SIZE_WIDTH, REMARK_WIDTH);
+    let [purpose, file, parts @ .., size, remark] = cells(row, 0.0, widths);
+    (purpose, file, parts, size, remark.shrink2(egui::vec2(8.0, 0.0)))
 }
 
 fn row_height(ui: &Ui) -> f32 {
@@ -397,32 +375,17 @@ fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
     ui.put(rect, Label::new(text).extend())
 }
 
-/// Paints a tick, a cross or a dash: whether a file holds a part of the calibration.
+/// Draws a tick, a cross or a dash: whether a file holds a part of the calibration.
 fn mark(ui: &mut Ui, place: Rect, held: Held, part: &str, ending: &str) {
     let visuals = ui.visuals();
-    let at = |x: f32, y: f32| place.center() + 4.0 * egui::vec2(x, y);
-    let (words, color, lines) = match held {
-        Held::Whole => {
-            let tick = vec![at(-1.0, 0.0), at(-0.3, 0.9), at(1.2, -1.1)];
-            ("contained", visuals.strong_text_color(), vec![tick])
-        }
-        Held::LeftOut => {
-            let cross =
-                vec![vec![at(-1.0, -1.0), at(1.0, 1.0)], vec![at(-1.0, 1.0), at(1.0, -1.0)]];
-            ("left out", visuals.warn_fg_color, cross)
-        }
-        Held::NoPart => {
-            ("not part of it", visuals.weak_text_color(), vec![vec![at(-0.7, 0.0), at(0.7, 0.0)]])
-        }
+    let (sign, words, color) = match held {
+        Held::Whole => ("✔", "contained", visuals.strong_text_color()),
+        Held::LeftOut => ("×", "left out", visuals.warn_fg_color),
+        Held::NoPart => ("–", "not part of it", visuals.weak_text_color()),
     };
-    for line in lines {
-        ui.painter().add(egui::Shape::line(line, egui::Stroke::new(1.8, color)));
-    }
-    let response = ui.interact(place, ui.scope_id().with((ending, part)), egui::Sense::hover());
-    response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::Label, true, format!(".{ending}, {part}: {words}"))
-    });
-    response.on_hover_text(words);
+    let label = centred(ui, place, RichText::new(sign).color(color));
+    named(&label, egui::Role::Label, &format!(".{ending}, {part}: {words}"));
+    label.on_hover_text(words);
 }
 
 /// Draws the result of the last export to this file. Returns false if there was none.

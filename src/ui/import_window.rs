@@ -16,6 +16,7 @@ use crate::{
         inspect::{Inspection, Question, TableReport},
         map::ColumnMap,
     },
+    shown::counted,
     ui::{command::Out, controls::Controls as _, status_line::busy},
 };
 
@@ -70,7 +71,7 @@ pub fn import_page(
         egui::CentralPanel::no_frame().show(ui, |ui| {
             egui::ScrollArea::vertical()
                 .auto_shrink([false, false])
-                .show(ui, |ui| body(ui, engine, importing, inspection, out));
+                .show(ui, |ui| body(ui, importing, inspection, out));
         });
     });
     fields.is_typing = context.text_edit_focused();
@@ -79,33 +80,30 @@ pub fn import_page(
     }
 }
 
-fn body(
-    ui: &mut Ui,
-    engine: &Engine,
-    importing: &Importing,
-    inspection: &Inspection,
-    out: &mut Out,
-) {
+fn body(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     let table = &inspection.table;
     let read = format!("Formats that can be read: {}", formats::listed());
     ui.horizontal(|ui| {
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             read_as(ui, importing, inspection, out);
-            remembered(ui, engine, importing, out);
+            let about =
+                "Detects the roles of the columns from the file again, and replaces the column map";
+            if ui.press("Detect again", about) {
+                out.send(ImportCommand::Begin);
+            }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                 let path = format!("{}: {table}", importing.path.display());
                 ui.add(egui::Label::new(&path).truncate()).on_hover_text(format!("{path}\n{read}"));
             });
         });
     });
-    match importing.waiting.len() {
-        0 => {}
-        1 => drop(
-            ui.label("1 more file needs a column map. If it has the same columns, it is loaded with this map"),
-        ),
-        n => drop(ui.label(format!(
-            "{n} more files need a column map. Files with the same columns are loaded with this map"
-        ))),
+    if !importing.waiting.is_empty() {
+        let n = importing.waiting.len();
+        let needs = if n == 1 { "needs" } else { "need" };
+        ui.label(format!(
+            "{} {needs} a column map. Files with the same columns are loaded with this map",
+            counted(n, "more file"),
+        ));
     }
     let mut map = importing.map.clone();
     let questions = Open { questions: &importing.questions, map: &importing.map };
@@ -153,26 +151,6 @@ fn read_as(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mu
     button.on_hover_text(
         "How the text is divided, its times and pauses, the tare, and the first rows",
     );
-}
-
-fn remembered(ui: &mut Ui, engine: &Engine, importing: &Importing, out: &mut Out) {
-    let shape = &importing.map.table.shape;
-    let maps = engine.preferences.maps.iter().enumerate();
-    let fitting = maps.filter(|(_, map)| map.table.shape == *shape && **map != importing.map);
-    if ui.press(
-        "Detect again",
-        "Detects the roles of the columns from the file again, and replaces the column map",
-    ) {
-        out.send(ImportCommand::Begin);
-    }
-    for (at, _) in fitting {
-        if ui.press(
-            "Map of the last similar file",
-            "Uses the column map of the last file with the same columns",
-        ) {
-            out.send(ImportCommand::TakeMap(at));
-        }
-    }
 }
 
 fn preview(ui: &mut Ui, table: &TableReport) {

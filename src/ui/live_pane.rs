@@ -6,7 +6,7 @@ use crate::{
     recording::Axis,
     report::figure::{Figure, Line, Scale},
     ui::{
-        command::Pane,
+        command::{Command, PathFor},
         controls::Controls as _,
         numbers::significant,
         palette::{Trace, bytes},
@@ -15,32 +15,21 @@ use crate::{
     },
 };
 
-pub const PANE: Pane = Pane {
-    key: "live",
-    title: "Live",
-    explanation: "The loads in the newest minute of a growing log file, computed by the present calibration",
-};
-
 #[derive(Debug, Default)]
 pub struct View {
     axis: usize,
     zoom: Zoom,
-    path: String,
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut egui::Ui, cx: &mut Cx<'_>) {
         let Some(follow) = cx.engine.following.asked() else {
-            ui.weak("No file is followed. Enter the path of a log that is being written, or choose File > Follow a growing file…");
-            let does =
-                "Reads the log file from its beginning, and then each new row as it is written";
-            let about = ["Path of the log file", "Follow", does];
-            let width = ui.spacing().text_edit_width;
-            ui.horizontal(|ui| {
-                if let Some(path) = ui.path_field("File", &mut self.path, (width, ""), about) {
-                    cx.out.send(Action::Follow(path));
-                }
-            });
+            ui.weak("No file is followed.");
+            let about =
+                "Reads a log file from its beginning, and then each new row as it is written";
+            if ui.press("Follow a growing file…", about) {
+                cx.out.send(Command::Choose(PathFor::Follow));
+            }
             return;
         };
         let name = follow.path.display().to_string();

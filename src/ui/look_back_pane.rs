@@ -6,7 +6,6 @@ use crate::{
     features::Thresholds,
     questions::{TraceSet, thresholds::ShownFTh},
     ui::{
-        command::Pane,
         numbers::significant,
         palette,
         pane::{Cx, PaneView},
@@ -20,12 +19,6 @@ const HEIGHTS: (f32, f32) = (60.0, 170.0);
 /// Maximum number of samples that the plot reads in a frame.
 const MOST_SAMPLES: usize = 50_000;
 const COLUMNS: usize = 270;
-
-pub const PANE: Pane = Pane {
-    key: "look-back",
-    title: "Look-back",
-    explanation: "Loads and errors at the pointer, and the earlier sample that the look-back finds",
-};
 
 #[derive(Debug, Default)]
 pub struct View;

@@ -2,7 +2,6 @@
 //! in dwells. The contents of the pane are computed in the background.
 
 mod cards;
-mod cross_view;
 mod dwell_view;
 mod linked;
 mod loop_view;
@@ -13,8 +12,8 @@ use crate::{
     engine::{Edit, Engine},
     questions::{
         loops::{
-            Channel, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion, Question,
-            Span, TableOf, Up, query::LookAt,
+            Channel, CrossPlot, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion,
+            Question, Span, TableOf, Up, query::LookAt,
         },
         metrology::MetrologySettings,
     },
@@ -38,12 +37,6 @@ const FIGURES_WIDTH: f32 = 320.0;
 const BELOW_HEIGHT: f32 = linked::STRIP_HEIGHT + cards::HEIGHT + 28.0;
 /// Height of the pane below which the trace is left out (points).
 const LOW: f32 = 420.0;
-
-pub const PANE: Pane = Pane {
-    key: "loops",
-    title: "Loops",
-    explanation: "Hysteresis loops, cross-plots, and drift in dwells",
-};
 
 /// Function that returns a figure in the colours of the screen or of an SVG file.
 type InInks<'f, 'a> = &'f dyn Fn(&Inks) -> Figure<'a>;
@@ -117,7 +110,7 @@ impl Default for LoopsPane {
             zooms: [None; Mode::ALL.len()],
             pixels: STANDS_ALONE.into(),
             has_figures: true,
-            channels: channels_pane::View::asking_as(PANE.key, true),
+            channels: channels_pane::View::asking_as(Pane::LOOPS.key, true),
         }
     }
 }
@@ -139,7 +132,7 @@ impl PaneView for LoopsPane {
         }
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(cx.time.visible_time(), self.question()) {
-            cx.ask_as(PANE.key, LookAt(look));
+            cx.ask_as(Pane::LOOPS.key, LookAt(look));
         }
     }
 }
@@ -171,18 +164,18 @@ impl LoopsPane {
         if self.shows_channels(engine) {
             return;
         }
-        if let Some(problem) = engine.lane_of::<LookAt>(PANE.key).problem() {
+        if let Some(problem) = engine.lane_of::<LookAt>(Pane::LOOPS.key).problem() {
             ui.warn(problem);
         }
         let on_screen = ui.pixels_per_point() * self.plot_size(ui);
         self.pixels =
             [STANDS_ALONE.0.max(on_screen.x.into()), STANDS_ALONE.1.max(on_screen.y.into())];
-        match (self.mode, engine.lane_of::<LookAt>(PANE.key).answer()) {
+        match (self.mode, engine.lane_of::<LookAt>(Pane::LOOPS.key).answer()) {
             (Mode::Loops, Some(Look::Loops(found))) => {
                 loop_view::show(ui, self, engine, found, time, out);
             }
             (Mode::Cross, Some(Look::Cross(found))) => {
-                cross_view::show(ui, self, engine, found, out);
+                cross_plot(ui, self, engine, found, out);
             }
             (Mode::Dwells, Some(Look::Dwells(found))) => {
                 dwell_view::show(ui, self, engine, found, out);
@@ -247,7 +240,7 @@ impl LoopsPane {
             Mode::Loops => {
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let used = match engine.lane_of::<LookAt>(PANE.key).answer() {
+                let used = match engine.lane_of::<LookAt>(Pane::LOOPS.key).answer() {
                     Some(Look::Loops(found)) => Some(found.reversal_threshold),
                     _ => None,
                 };
@@ -394,4 +387,32 @@ fn channel_choice(ui: &mut Ui, engine: &Engine, label: &str, channel: &mut Chann
     let all = std::iter::once(Channel::Time).chain(all);
     labelled_choice(ui, (label, 96.0), channel, all, |one| (channel_name(one, engine), ""))
         .on_hover_text("Quantity to plot: time, a gauge, or the reference, uncompensated or compensated load of an axis");
+}
+
+/// Draws the cross-plot of two channels.
+fn cross_plot(
+    ui: &mut Ui,
+    pane: &mut LoopsPane,
+    engine: &Engine,
+    picture: &CrossPlot,
+    out: &mut Out,
+) {
+    let label = |channel: Channel| {
+        let name = channel_name(channel, engine);
+        format!("{name} [{}]", channel_unit(channel, engine))
+    };
+    let question = &picture.question;
+    let labels = [question.across, question.up].map(label);
+    let zoom = pane.zoom();
+    let figure = |inks: &Inks| picture.figure(labels.clone(), inks, zoom);
+    pane.lay_out(ui, (None, &figure), out, |ui, _, _| {
+        let [across, up] = &labels;
+        ui.strong(format!("{up} against {across}"));
+        ui.weak(format!("{} samples", picture.n_samples));
+        if [picture.question.across, picture.question.up].contains(&Channel::Time) {
+            ui.weak(
+                "Each recording has its own clock, so the times of different recordings overlap.",
+            );
+        }
+    });
 }

@@ -3,13 +3,13 @@
 use egui::{Button, Ui};
 
 use crate::{
-    engine::{Action as Do, Engine, Preferences},
+    engine::Engine,
     recording::Item,
     ui::{
         actions::{self, Action, CanGo},
         appearance::is_compact,
         command::{Command, Out, Workspace},
-        controls::Controls as _,
+        controls::{Controls as _, named_selected},
         recordings_panel::SIMULATED,
         workspace::Workspaces,
     },
@@ -36,7 +36,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
                 ui.separator();
                 items(ui, actions::roles(engine), out);
             });
-            ui.menu_button("View", |ui| view(ui, engine, can, out));
+            ui.menu_button("View", |ui| view(ui, engine, out));
             ui.menu_button("Help", |ui| items(ui, actions::help(), out));
             ui.separator();
             for (at, (workspace, title, explanation)) in Workspace::ALL.into_iter().enumerate() {
@@ -46,9 +46,7 @@ pub fn menu_bar(ui: &mut Ui, engine: &Engine, workspaces: &Workspaces, can: CanG
                     button = button.shortcut_text(format!("F{}", at + 2));
                 }
                 let button = ui.add(button);
-                button.widget_info(|| {
-                    egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, title)
-                });
+                named_selected(&button, egui::Role::Button, is_shown, title);
                 if button.on_hover_text(explanation).clicked() {
                     out.send(Command::Show(workspace));
                 }
@@ -105,39 +103,18 @@ fn items(ui: &mut Ui, actions: impl IntoIterator<Item = Action>, out: &mut Out) 
 fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let any = !engine.preferences.recent.is_empty();
     ui.add_enabled_ui(any, |ui| {
-        ui.menu_button("Recent", |ui| {
-            items(ui, actions::recent(engine), out);
-            ui.separator();
-            if ui.press(
-                "Clear list",
-                "Removes all files from this list of recent files; the files stay on disk",
-            ) {
-                ui.close();
-                out.send(prefer(Preferences { recent: Vec::new(), ..engine.preferences.clone() }));
-            }
-        });
+        ui.menu_button("Recent", |ui| items(ui, actions::recent(engine), out));
     });
 }
 
-fn view(ui: &mut Ui, engine: &Engine, can: CanGo, out: &mut Out) {
+fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
     ui.menu_button("Panes", |ui| items(ui, actions::panes(), out));
     ui.menu_button("Axes, recordings and thresholds", |ui| items(ui, actions::shown(engine), out));
-    ui.menu_button("Time", |ui| items(ui, actions::time(can), out));
+    ui.menu_button("Time", |ui| items(ui, actions::time(), out));
     ui.separator();
-    items(ui, actions::pictures(), out);
-    ui.separator();
-    for (label, theme, explanation) in actions::THEMES {
-        let radio = ui.radio(engine.preferences.theme == theme, label);
-        if radio.on_hover_text(explanation).clicked() {
-            out.send(prefer(Preferences { theme, ..engine.preferences.clone() }));
-        }
-    }
+    items(ui, actions::themes(engine), out);
     ui.separator();
     items(ui, actions::text_scales(), out);
-}
-
-fn prefer(preferences: Preferences) -> Command {
-    Do::Prefer(preferences).into()
 }

@@ -25,12 +25,6 @@ use crate::{
     },
 };
 
-pub const PANE: Pane = Pane {
-    key: "metrology",
-    title: "Metrology",
-    explanation: "Hysteresis, nonlinearity, repeatability, creep, crosstalk and errors of the uncompensated and the compensated load",
-};
-
 #[derive(Debug, Default)]
 pub struct MetrologyPane {
     /// Recordings that the table covers; `None` for the default recordings, see [`TableOf::usual`].
@@ -43,7 +37,7 @@ impl PaneView for MetrologyPane {
         self.draw(ui, cx.engine, cx.scope.axes().first().copied(), cx.out);
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
         if let Some(look) = cx.engine.look(None, Question::Table(self.of(cx.engine))) {
-            cx.ask_as(PANE.key, LookAt(look));
+            cx.ask_as(Pane::METROLOGY.key, LookAt(look));
         }
     }
 }
@@ -55,7 +49,7 @@ impl MetrologyPane {
     }
 
     fn draw(&mut self, ui: &mut Ui, engine: &Engine, axis: Option<Axis>, out: &mut Out) {
-        let lane = engine.lane_of::<LookAt>(PANE.key);
+        let lane = engine.lane_of::<LookAt>(Pane::METROLOGY.key);
         let (answer, problem) = (lane.answer(), lane.problem());
         let table = match answer.filter(|_| engine.analysis().is_some()) {
             Some(Look::Table(table)) => Some(table),
@@ -73,7 +67,7 @@ impl MetrologyPane {
                 out.send(Edit::Measuring(measuring));
             }
             ui.end_row();
-            let holds = "Saves all metrology figures of the table in units and in % of full scale, with definitions, sources and the reasons for missing figures";
+            let holds = "Saves all metrology figures with definitions, sources and the reasons for missing figures";
             let content = table.map(|table| || FileContent::Table("metrology.csv", Box::new(figure_records(table))));
             table::saving(ui, holds, || table::joined(&tables), content, out);
         });
@@ -193,7 +187,7 @@ fn definitions(
                     .range(0.01..=100.0)
                     .speed(0.05)
                     .suffix(" % FS");
-                if ui.explained_field(name, field, explanation).changed() {
+                if ui.field(name, field, explanation).changed() {
                     *share = 0.01 * percent;
                 }
                 ui.end_row();
@@ -213,7 +207,7 @@ fn definitions(
 
 fn notes(ui: &mut Ui, table: &Metrology) {
     ui.weak(format!(
-        "{}, {} samples. Hover over a name for its definition and source, over a figure for its recording and time, and over a word in place of a figure for the reason. These figures compare two calibrations on the same data; they do not replace a calibration in steps on a reference machine.",
+        "{}, {} samples. Hover over a name for its definition, and over a figure for its place or the reason why it is missing. These figures compare two calibrations on the same data; they do not replace a calibration in steps on a reference machine.",
         counted(table.n_recordings, "recording"),
         table.n_samples
     ));

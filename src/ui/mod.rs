@@ -1,7 +1,6 @@
 //! The program window. Only this module uses egui. Each pane has one file, and `panes` lists all panes. [`Shell`] connects
 //! the panes to the engine, which computes all results.
 
-mod about;
 mod actions;
 mod appearance;
 mod axes_pane;
@@ -19,7 +18,6 @@ mod dialogs;
 mod dock;
 mod errors_pane;
 mod export_pane;
-mod gauge_limits;
 mod hand;
 mod help;
 mod import_window;
@@ -58,8 +56,8 @@ mod trade_pane;
 mod welcome;
 mod workspace;
 
-pub use command::{Command, Pane, TimeMove, Workspace};
-pub use dialogs::{Dialogs, NativeDialogs, Reply, save_to};
+pub use command::{Command, Pane, PathFor, TimeMove, Workspace};
+pub use dialogs::{Dialogs, NativeDialogs, Reply, chosen};
 pub use panes::{all as all_panes, named as pane};
 pub use shell::Shell;
 pub use start::open_window;

@@ -5,16 +5,16 @@ use std::time::Duration;
 use egui::{RichText, Ui};
 
 use crate::{
-    engine::{Action, Engine, FileContent, ModelChange, Row, SEARCH_MINUTES},
+    engine::{Action, Engine, FileContent, Row, SEARCH_MINUTES},
     questions::{Candidates, RELATIVE},
     report::Table,
     scoring::score_set::ScoreSet,
     ui::{
-        command::{Command, Out, Pane},
+        command::{Command, Out},
         controls::Controls as _,
         numbers::elided,
         pane::{Cx, PaneView},
-        table::{self, Sort},
+        table,
     },
 };
 
@@ -24,21 +24,14 @@ const SAVED_ONLY: [&str; 5] = ["features", "regressor", "cross-validation", "dat
 /// Maximum number of characters of a model's name in the list.
 const NAME_LENGTH: usize = 42;
 
-pub const PANE: Pane = Pane {
-    key: "compare",
-    title: "Models",
-    explanation: "Search for the best model, and the list of all tried models with their errors",
-};
-
 #[derive(Debug)]
 pub struct View {
     minutes: f64,
-    sort: Sort,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self { minutes: SEARCH_MINUTES, sort: Sort::by(RELATIVE) }
+        Self { minutes: SEARCH_MINUTES }
     }
 }
 
@@ -49,7 +42,7 @@ impl PaneView for View {
         ui.horizontal_wrapped(|ui| {
             self.trying(ui, engine, out);
             ui.separator();
-            let whole = || whole(engine, &self.sort, on);
+            let whole = || listed(engine, &[on], &ScoreSet::ALL).1;
             let holds =
                 "Saves all rows of the list in the present order, with training, test and cross-validated errors";
             let any = !engine.models.rows.is_empty();
@@ -59,7 +52,7 @@ impl PaneView for View {
         ui.separator();
         if engine.models.rows.is_empty() {
             ui.weak(
-                "\"Find the best\" tries models, the fastest first, and proposes one. The list shows all tried models; a click on the name of a model applies its settings.",
+                "\"Find the best\" tries models and proposes one. A click on a name applies the settings of the model.",
             );
             return;
         }
@@ -67,7 +60,7 @@ impl PaneView for View {
             ui.label(remark);
         }
         ui.weak("→ proposed: the most accurate model · = the smallest model that is nearly as accurate · italic: model fitted to other recordings");
-        ui.scrolled(|ui| self.list(ui, engine, on, out));
+        ui.scrolled(|ui| list(ui, engine, on, out));
     }
 }
 
@@ -83,8 +76,7 @@ impl View {
                 let limit = Duration::from_secs_f64(60.0 * self.minutes);
                 if ui.press(
                     "Find the best",
-                    "Tries models, the fastest first. Chooses their parameters from the training recordings, scores each \
-                     by nested cross-validation, and proposes the most accurate model and the smallest that is nearly as accurate",
+                    "Tries models, the fastest first, scores each by nested cross-validation, and proposes the most accurate and the smallest that is nearly as accurate",
                 ) {
                     out.send(Action::FindBest(Candidates::All, limit));
                 }
@@ -93,11 +85,10 @@ impl View {
                     .speed(0.1)
                     .suffix(" min");
                 let about = "Time limit of the search; afterwards no further model is started";
-                ui.explained_field("within", field, about);
+                ui.field("within", field, about);
                 if ui.press(
                     "Models of Koike et al. (2019)",
-                    "Tries only the models of Koike et al. (2019): linear, kernel, network and both in two stages, without and with look-back. \
-                     Use every tenth sample (Settings) for their pattern B",
+                    "Tries only linear, kernel, network and both in two stages, without and with look-back, as Koike et al. (2019) did",
                 ) {
                     out.send(Action::FindBest(Candidates::Paper, limit));
                 }
@@ -115,84 +106,66 @@ impl View {
             out.send(Action::KeepModel);
         }
     }
-
-    fn list(&mut self, ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
-        let project = engine.project();
-        let mut table = engine.models.table(project, &[errors_on]);
-        table.keep_columns(|column| {
-            !SAVED_ONLY.contains(&&*column.name) && !column.name.starts_with("± ")
-        });
-        table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {
-            let row = &engine.models.rows[at];
-            ui.push_id(row.id, |ui| more(ui, row, out));
-            ui.label(&table.rows[at][0].text);
-            let name = elided(&row.name, NAME_LENGTH);
-            let mut name = RichText::new(name);
-            if row.is_stale(project) {
-                name = name.weak().italics();
-            }
-            let name = ui.selectable_label(row.is_present(project), name);
-            let settings = &row.model.settings;
-            let name = name.on_hover_text(format!(
-                "{}: {}, {}\nClick to apply the settings of this model; undo restores the present settings",
-                row.name,
-                settings.features.describe(),
-                settings.regressor.label(),
-            ));
-            if name.clicked() {
-                out.send(Action::BringBack(row.id));
-            }
-        });
-    }
 }
 
-/// Returns the table of models with training, test and cross-validated errors, in the order on screen.
-fn whole(engine: &Engine, sort: &Sort, errors_on: ScoreSet) -> Table {
+/// Returns the rows of the list by their errors on these samples, and the table with their errors on the samples `shown`.
+fn listed(engine: &Engine, by: &[ScoreSet], shown: &[ScoreSet]) -> (Vec<usize>, Table) {
     let table = |sets: &[ScoreSet]| engine.models.table(engine.project(), sets);
-    let order = sort.order(&table(&[errors_on]));
-    table(&ScoreSet::ALL).in_order(&order)
+    let ranked = table(by);
+    let column = ranked.columns.iter().position(|column| column.name == RELATIVE);
+    let order = match column {
+        Some(column) => ranked.order(column, false),
+        None => (0..ranked.rows.len()).collect(),
+    };
+    let table = table(shown).in_order(&order);
+    (order, table)
 }
 
-/// Draws the check box that keeps a model in the list, the button that applies the model, and the menu of the model's row.
+fn list(ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
+    let project = engine.project();
+    let (order, mut table) = listed(engine, &[errors_on], &[errors_on]);
+    table.keep_columns(|column| {
+        !SAVED_ONLY.contains(&&*column.name) && !column.name.starts_with("± ")
+    });
+    table::show_led(ui, &table, 2, &mut |ui, at| {
+        let row = &engine.models.rows[order[at]];
+        ui.push_id(row.id, |ui| more(ui, row, out));
+        ui.label(&table.rows[at][0].text);
+        let mut name = RichText::new(elided(&row.name, NAME_LENGTH));
+        if row.is_stale(project) {
+            name = name.weak().italics();
+        }
+        let settings = &row.model.settings;
+        let name = ui.selectable_label(row.is_present(project), name).on_hover_text(format!(
+            "{}: {}, {}\nClick to apply the settings of this model; undo restores the present settings",
+            row.name,
+            settings.features.describe(),
+            settings.regressor.label(),
+        ));
+        if name.clicked() {
+            out.send(Action::BringBack(row.id));
+        }
+    });
+}
+
+/// Draws the button that applies the model, and the menu of the model's row.
 fn more(ui: &mut Ui, row: &Row, out: &mut Out) {
     ui.horizontal(|ui| {
-        let mut say = |change| out.send(Action::Model(row.id, change));
-        let mut is_pinned = row.is_pinned;
-        let pin = ui.checkbox(&mut is_pinned, "");
-        let label = format!("Pin {}", row.name);
-        pin.widget_info(|| {
-            egui::WidgetInfo::selected(egui::Role::CheckBox, true, is_pinned, &label)
-        });
-        if pin.on_hover_text("Keeps this row in the list when further models are tried").changed() {
-            say(ModelChange::Pin(is_pinned));
-        }
         let about = "Applies the settings and the trained network or kernel of this model; undo restores the present ones";
-        let is_used = ui.press_small("Use", about);
-        let mut compared = false;
-        let response = ui.menu_of_fields(egui::Button::new("…"), |ui| {
-            ui.reset_style(); // a field, not menu items
-            let mut name = row.name.clone();
-            let field = egui::TextEdit::singleline(&mut name).desired_width(180.0);
-            let field = ui.field("Name", field, "Name of the model in this list");
-            if field.changed() {
-                say(ModelChange::Name(name));
-            }
+        if ui.press_small("Use", about) {
+            out.send(Action::BringBack(row.id));
+        }
+        let menu = ui.menu_button("…", |ui| {
             let about = "Shows the loads of this model in Calibrate; Escape restores the present model";
             if ui.press("Compare in Calibrate", about) {
-                compared = true;
+                out.send(Command::Compare(row.id));
                 ui.close();
             }
             if ui.press("Remove", "Removes the model from this list") {
-                say(ModelChange::Remove);
+                out.send(Action::RemoveModel(row.id));
                 ui.close();
             }
         });
-        response.on_hover_text("Renames or removes this model");
-        if is_used {
-            out.send(Action::BringBack(row.id));
-        }
-        if compared {
-            out.send(Command::Compare(row.id));
-        }
+        menu.response.on_hover_text("Compares or removes this model");
     });
 }

@@ -3,13 +3,10 @@
 use crate::{
     engine::Edit,
     ui::{
-        command::Pane,
+        controls::named,
         pane::{Cx, PaneView},
     },
 };
-
-pub const PANE: Pane =
-    Pane { key: "notes", title: "Notes", explanation: "Free text that is saved with the session" };
 
 /// The pane has no state of its own, because the text is stored in the project.
 #[derive(Debug, Default)]
@@ -24,8 +21,7 @@ impl PaneView for View {
             .desired_width(f32::INFINITY);
         let response = ui.add_sized(ui.available_size(), field);
         let response = response.on_hover_text("Free text, saved with the session");
-        let role = egui::Role::MultilineTextInput;
-        response.widget_info(|| egui::WidgetInfo::labeled(role, true, "Notes"));
+        named(&response, egui::Role::MultilineTextInput, "Notes");
         if text != *notes {
             cx.out.send(Edit::Notes(text));
         }

@@ -1,6 +1,6 @@
 //! Pairs of thresholds that are proposed: the pair of lowest cross-validated error, and the mean hysteresis.
 
-use egui::{Align, Button, Label, Layout, RichText, Ui, WidgetInfo};
+use egui::{Align, Button, Label, Layout, RichText, Ui};
 
 use crate::{
     engine::{Edit, Engine},
@@ -12,19 +12,13 @@ use crate::{
     },
     scoring::score_set::ScoreSet,
     ui::{
-        command::{Out, Pane},
-        controls::Controls as _,
+        command::Out,
+        controls::{Controls as _, named},
         numbers::significant,
         pane::{Cx, PaneView},
         scope::Scope,
         thresholds_pane::f_th_text,
     },
-};
-
-pub const PANE: Pane = Pane {
-    key: "pairs",
-    title: "Good pairs",
-    explanation: "The pair of thresholds with the lowest error, and the mean hysteresis of the sensor",
 };
 
 const ROW_HEIGHT: f32 = 46.0;
@@ -88,8 +82,7 @@ fn row(ui: &mut Ui, engine: &Engine, shown: Proposed, out: &mut Out) {
         let can = shown.pair.is_some() && !is_used;
         let button = Button::new(if is_used { "In use" } else { "Use" });
         let button = ui.add_enabled(can, button.min_size(egui::vec2(BUTTON_WIDTH, 28.0)));
-        let label = format!("Use: {}", shown.name);
-        button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, can, &label));
+        named(&button, egui::Role::Button, &format!("Use: {}", shown.name));
         let button = button.on_hover_text(shown.about).on_disabled_hover_text(shown.about);
         if let (true, Some(pair)) = (button.clicked(), shown.pair) {
             out.send(Edit::Thresholds(pair));
@@ -105,7 +98,7 @@ fn lowest(ui: &mut Ui, engine: &Engine, map: &ThresholdMap, scope: &Scope, out: 
         error: String::new(),
         words: String::new(),
         hover: String::new(),
-        about: "Sets the pair of thresholds F_th and t_th with the lowest cross-validated error; test recordings are not used. The range holds all F_th whose error is not significantly larger (90 % confidence)",
+        about: "Sets the pair with the lowest cross-validated error. The range holds all F_th whose error is not significantly larger (90 % confidence)",
         pair: None,
     };
     if map.is_complete() {
@@ -160,7 +153,7 @@ fn mean_hysteresis(
             None => "not measured: no load rises and falls again".to_owned(),
         },
         hover: study.hysteresis.in_words(|value| f_th_text(map.distance, value)),
-        about: "Sets F_th near the mean hysteresis, by the rule of Koike et al. (2019), section 4.2. The mean hysteresis is the mean difference between rising and falling branches of the conventional load in the full cycles of the training recordings",
+        about: "Sets F_th near the mean hysteresis, the mean difference between rising and falling branches of the conventional load (rule of Koike et al. 2019, section 4.2)",
         pair,
     };
     row(ui, engine, shown, out);

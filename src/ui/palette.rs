@@ -6,7 +6,7 @@
 use egui::{Color32, Stroke, Visuals};
 
 pub(crate) use crate::report::Trace;
-use crate::{questions::loops::Inks, report::figure::color, scoring::score_set::ScoreSet};
+use crate::{questions::loops::Inks, report::figure::color};
 
 impl Trace {
     pub(super) fn color(self, visuals: &Visuals) -> Color32 {
@@ -59,20 +59,6 @@ pub fn inks(visuals: &Visuals) -> Inks {
 /// Background colour of samples that look faulty.
 pub fn faulty(visuals: &Visuals) -> Color32 {
     visuals.error_fg_color.gamma_multiply(0.28)
-}
-
-/// Background colour of intervals in which the look-back finds no earlier sample.
-pub fn without_past(visuals: &Visuals) -> Color32 {
-    if visuals.dark_mode { Color32::from_white_alpha(16) } else { Color32::from_black_alpha(20) }
-}
-
-/// Returns the line colour of the errors on the training, test or held-out samples.
-pub fn score(set: ScoreSet, visuals: &Visuals) -> Color32 {
-    match set {
-        ScoreSet::Train => visuals.weak_text_color(),
-        ScoreSet::Test => visuals.text_color(),
-        ScoreSet::LeftOut => visuals.strong_text_color(),
-    }
 }
 
 /// Colour of marks that show a present value, such as the cursors and the present thresholds.
@@ -132,7 +118,6 @@ mod tests {
                 ("look-back", look_back(&visuals)),
             ];
             texts.extend(Trace::ALL.map(|trace| (trace.label(), trace.color(&visuals))));
-            texts.extend(ScoreSet::ALL.map(|set| (set.label(), score(set, &visuals))));
             let striped = visuals.panel_fill.blend(visuals.faint_bg_color);
             let grounds = [visuals.panel_fill, visuals.window_fill, visuals.extreme_bg_color];
             for (name, text) in texts {

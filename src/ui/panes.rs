@@ -5,24 +5,24 @@ use crate::ui::{command::Pane, pane::PaneView};
 type Entry = (Pane, fn() -> Box<dyn PaneView>);
 
 const PANES: &[Entry] = &[
-    (super::recordings_panel::PANE, of::<super::recordings_panel::View>),
-    (super::settings_panel::PANE, of::<super::settings_panel::View>),
-    (super::trace_panes::PANE, of::<super::trace_panes::View>),
-    (super::look_back_pane::PANE, of::<super::look_back_pane::View>),
-    (super::thresholds_pane::PANE, of::<super::thresholds_pane::View>),
-    (super::pairs_pane::PANE, of::<super::pairs_pane::View>),
-    (super::models_pane::PANE, of::<super::models_pane::View>),
-    (super::trade_pane::PANE, of::<super::trade_pane::View>),
-    (super::loops_pane::PANE, of::<super::loops_pane::LoopsPane>),
-    (super::axes_pane::PANE, of::<super::axes_pane::View>),
-    (super::metrology_pane::PANE, of::<super::metrology_pane::MetrologyPane>),
-    (super::errors_pane::PANE, of::<super::errors_pane::View>),
-    (super::calibration_pane::PANE, of::<super::calibration_pane::View>),
-    (super::export_pane::PANE, of::<super::export_pane::View>),
-    (super::notes_pane::PANE, of::<super::notes_pane::View>),
-    (super::live_pane::PANE, of::<super::live_pane::View>),
-    (super::check_pane::PANE, of::<super::check_pane::View>),
-    (super::channels_pane::PANE, of::<super::channels_pane::View>),
+    (Pane::RECORDINGS, of::<super::recordings_panel::View>),
+    (Pane::SETTINGS, of::<super::settings_panel::View>),
+    (Pane::TRACES, of::<super::trace_panes::View>),
+    (Pane::LOOK_BACK, of::<super::look_back_pane::View>),
+    (Pane::THRESHOLDS, of::<super::thresholds_pane::View>),
+    (Pane::PAIRS, of::<super::pairs_pane::View>),
+    (Pane::MODELS, of::<super::models_pane::View>),
+    (Pane::TRADE, of::<super::trade_pane::View>),
+    (Pane::LOOPS, of::<super::loops_pane::LoopsPane>),
+    (Pane::AXES, of::<super::axes_pane::View>),
+    (Pane::METROLOGY, of::<super::metrology_pane::MetrologyPane>),
+    (Pane::ERRORS, of::<super::errors_pane::View>),
+    (Pane::CALIBRATION, of::<super::calibration_pane::View>),
+    (Pane::EXPORT, of::<super::export_pane::View>),
+    (Pane::NOTES, of::<super::notes_pane::View>),
+    (Pane::LIVE, of::<super::live_pane::View>),
+    (Pane::CHECK, of::<super::check_pane::View>),
+    (Pane::CHANNELS, of::<super::channels_pane::View>),
 ];
 
 fn of<V: PaneView + Default + 'static>() -> Box<dyn PaneView> {
@@ -37,14 +37,14 @@ pub fn all() -> impl DoubleEndedIterator<Item = Pane> + ExactSizeIterator {
 /// Returns true if the pane shows nothing without a calibration. The panes of traces and loops then show single channels.
 pub fn needs_calibration(pane: Pane) -> bool {
     let waiting = [
-        super::thresholds_pane::PANE,
-        super::pairs_pane::PANE,
-        super::models_pane::PANE,
-        super::axes_pane::PANE,
-        super::metrology_pane::PANE,
-        super::errors_pane::PANE,
-        super::calibration_pane::PANE,
-        super::check_pane::PANE,
+        Pane::THRESHOLDS,
+        Pane::PAIRS,
+        Pane::MODELS,
+        Pane::AXES,
+        Pane::METROLOGY,
+        Pane::ERRORS,
+        Pane::CALIBRATION,
+        Pane::CHECK,
     ];
     waiting.contains(&pane)
 }

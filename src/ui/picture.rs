@@ -10,7 +10,7 @@ use crate::{
     report::figure::{Figure, STANDS_ALONE, png},
     ui::{
         appearance::focus_ring,
-        command::{Command, ImageTo, Out},
+        command::{Command, ImageTo, Out, PathFor},
         context_menu::context_menu,
         controls::Controls as _,
         dialogs::Reply,
@@ -56,7 +56,7 @@ pub fn menu<'a>(
             )
         {
             ui.close();
-            out.send(Command::ChooseFileFor(svg(&print())));
+            out.send(Command::Choose(PathFor::Save(svg(&print()))));
         }
         first
     });
@@ -92,7 +92,7 @@ impl Images {
                         Command::tell(Level::Info, "The plot was copied to the clipboard")
                     }
                     ImageTo::File => match encoded(&picture) {
-                        Ok(png) => Command::ChooseFileFor(FileContent::Bytes(png)),
+                        Ok(png) => Command::Choose(PathFor::Save(FileContent::Bytes(png))),
                         Err(error) => Command::tell(Level::Error, error.to_string()),
                     },
                 });

@@ -21,6 +21,7 @@ use crate::{
     },
     ui::{
         command::Out,
+        controls::named,
         numbers::significant,
         palette::{self, rgb},
         picture,
@@ -246,7 +247,7 @@ pub fn finish<'a>(
     print: Option<&dyn Fn() -> Figure<'a>>,
     out: &mut Out,
 ) {
-    plot.widget_info(|| egui::WidgetInfo::labeled(egui::Role::GraphicsObject, true, name));
+    named(plot, egui::Role::GraphicsObject, name);
     picture::menu(plot, with_labels(plot.rect), print, out);
 }
 

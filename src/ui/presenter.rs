@@ -4,13 +4,12 @@ use egui::{Align, Layout, Rect, RichText, Ui, UiBuilder, Vec2};
 
 use crate::ui::{
     command::Pane,
-    dock, loops_pane,
+    dock,
     numbers::significant,
     palette::Trace,
     pane::Cx,
     panes::Views,
     scope::{Errors, scale_of},
-    thresholds_pane, trace_panes,
 };
 
 /// Heights of the sentence and of the sliders (points).
@@ -48,10 +47,10 @@ impl Presenter {
         let foot = whole.with_min_y(whole.bottom() - FOOT_HEIGHT);
         let middle = whole.with_min_y(head.bottom()).with_max_y(foot.top());
         sentence(ui, cx, head.shrink2(Vec2::new(PADDING, 8.0)));
-        let left = if self.shows_loops { loops_pane::PANE } else { thresholds_pane::PANE };
+        let left = if self.shows_loops { Pane::LOOPS } else { Pane::THRESHOLDS };
         let parts = [
             (left, middle.with_max_x(middle.center().x)),
-            (trace_panes::PANE, middle.with_min_x(middle.center().x)),
+            (Pane::TRACES, middle.with_min_x(middle.center().x)),
         ];
         for (pane, place) in parts {
             part(ui, pane, place, views, cx);

@@ -5,39 +5,26 @@ mod row;
 
 use egui::{Rect, Ui};
 
-use row::group_of;
-
 use crate::{
-    engine::{Action, Edit, Engine, ImportCommand},
+    engine::{Action, Edit, Engine},
     questions::check::query::FindFaults,
-    report::{self, Cell, Table},
-    shown::{and_more, printable},
     ui::{
-        command::{Command, Out, Pane},
+        command::Out,
         controls::Controls as _,
-        palette::Trace,
         pane::{Cx, PaneView},
     },
 };
 
 pub use list::has_focus;
 
-const OPEN_WIDTH: f32 = 224.0;
 /// Height of the part below the list (points).
 const FOOT_HEIGHT: f32 = 60.0;
 
 /// Explanation of the simulated sensor.
 pub const SIMULATED: &str = "The recordings come from the built-in simulated sensor, not from a real sensor. The simulation is of a six-axis resin sensor on a robot arm, which turns a weight of 1.128 kg";
 
-pub const PANE: Pane = Pane {
-    key: "recordings",
-    title: "Recordings",
-    explanation: "The open recordings by group, with their roles and errors",
-};
-
 #[derive(Debug)]
 pub struct View {
-    open: String,
     /// Share of each recording's time that the button Split assigns to training (%).
     split_percent: f64,
     /// Recording whose group is being edited.
@@ -51,7 +38,7 @@ type Typed = Option<(usize, String)>;
 impl Default for View {
     fn default() -> Self {
         let list = list::List::default();
-        Self { open: String::new(), split_percent: 60.0, group: None, list }
+        Self { split_percent: 60.0, group: None, list }
     }
 }
 
@@ -63,7 +50,6 @@ impl PaneView for View {
 }
 
 fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
-    path_field(ui, fields, out);
     if let Some(applied) = &engine.project().applied {
         ui.horizontal_wrapped(|ui| {
             ui.warn(format!("Applying {}", applied.path.display()));
@@ -92,30 +78,6 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
     });
 }
 
-fn path_field(ui: &mut Ui, fields: &mut View, out: &mut Out) {
-    ui.horizontal(|ui| {
-        let width = (ui.available_width() - OPEN_WIDTH).max(60.0);
-        let about = [
-            "A recording, a calibration (.json or .cal), a session, or a folder of them",
-            "Load",
-            "Opens the file or folder at this path",
-        ];
-        let hint = "path";
-        if let Some(path) = ui.path_field("Open", &mut fields.open, (width, hint), about) {
-            out.send(Action::Open(vec![path]));
-        }
-        if ui.press("…", "Chooses files to open") {
-            out.send(Command::ChooseFiles);
-        }
-        let path = fields.open.trim();
-        let about =
-            "Shows the columns of the file at this path, to choose their roles before it is loaded";
-        if ui.press_if(!path.is_empty(), "Columns…", about) {
-            out.send(ImportCommand::Open(path.into()));
-        }
-    });
-}
-
 fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     ui.horizontal(|ui| {
         let field = egui::DragValue::new(&mut fields.split_percent)
@@ -126,7 +88,7 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
         ui.label("of each");
         if ui.press(
             "Split",
-            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold: features with memory, such as the look-back, know nothing of the loads before the split",
+            "Splits each recording in time: the first segment is for training, the second for testing. Each test segment starts cold",
         ) {
             out.send(Edit::Split(fields.split_percent / 100.0));
         }
@@ -134,7 +96,6 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
             && ui.press("Undo split", "Joins the training and the test segment of each recording again") {
                 out.send(Edit::Unsplit);
             }
-        ui.copies("list", || as_table(engine).tab_separated());
     });
 }
 
@@ -142,63 +103,23 @@ fn split_row(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
 fn faults_row(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     let project = engine.project();
     let entries = project.recordings.entries();
-    let faults = (0..entries.len()).filter_map(|at| Some((at, engine.faults_of(at)?)));
-    let faults: Vec<_> = faults.filter(|(_, faults)| !faults.words.is_empty()).collect();
-    let n_faulty: usize = faults.iter().map(|(_, faults)| faults.n_samples).sum();
+    let faults = (0..entries.len()).filter_map(|at| engine.faults_of(at));
+    let n_faulty: usize = faults.map(|faults| faults.n_samples).sum();
     ui.horizontal(|ui| {
         if project.recordings.is_simulated() {
             ui.warn("simulated").on_hover_text(SIMULATED);
         }
-        if !faults.is_empty() {
+        if n_faulty > 0 {
             let n: usize = entries.iter().map(|entry| entry.recording.n_samples()).sum();
-            let label = ui.warn(format!("{n_faulty} of {n} samples look faulty"));
-            label.on_hover_ui(|ui| {
-                for (at, faults) in faults.iter().take(12) {
-                    let recording = &entries[*at].recording;
-                    let words = faults.words.join(", ");
-                    ui.label(format!("{}: {words}", printable(recording.name())));
-                }
-                if let Some(more) = and_more(faults.len(), 12) {
-                    ui.label(format!("{more} recordings"));
-                }
-            });
+            ui.warn(format!("{n_faulty} of {n} samples look faulty"))
+                .on_hover_text("The hover text of each recording names its faults");
         }
         if (n_faulty > 0 || project.gauge_range.is_some())
             && ui.press(
                 "Leave out faulty samples",
-                "Removes the faulty samples from the recordings. Features with memory, such as the look-back, start anew after a removed interval that is longer than the limit for a pause in a recording. Afterwards, exported code reports clipped gauges. Undo restores the samples",
+                "Removes the faulty samples from the recordings. Afterwards, exported code reports clipped gauges. Undo restores the samples",
             ) {
                 out.send(Action::LeaveOutFaulty);
             }
     });
-}
-
-fn as_table(engine: &Engine) -> Table {
-    let axes = engine.project().axes();
-    let errors = [Trace::Conventional, Trace::Compensated].into_iter().enumerate();
-    let errors = errors.flat_map(|(output, trace)| {
-        axes.iter().enumerate().map(move |(at, axis)| (output, trace, at, axis))
-    });
-    Table::of(engine.entries().iter().enumerate())
-        .words("role", |(_, entry)| entry.role.label())
-        .words("name", |(_, entry)| entry.recording.name())
-        .words("group", |(at, _)| group_of(engine, *at).unwrap_or_default())
-        .column(report::Column::numbers("samples"), |(_, entry)| {
-            Cell::whole(entry.recording.n_samples())
-        })
-        .columns(
-            errors,
-            |(_, trace, _, axis)| {
-                let name = format!("{} RMSE {}", trace.label(), axis.symbol());
-                report::Column::numbers(name).unit(axis.unit())
-            },
-            |(row, _), (output, _, at, _)| {
-                let result = engine.result_of(*row);
-                let rmse =
-                    result.map(|result| [&result.conventional_rmse, &result.compensated_rmse]);
-                let rmse = rmse.and_then(|rmse| rmse[*output].as_ref());
-                Cell::digits(rmse.and_then(|rmse| rmse.get(*at)).copied(), 5)
-            },
-        )
-        .table("", "")
 }

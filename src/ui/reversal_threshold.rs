@@ -6,7 +6,7 @@ use crate::{
     questions::metrology::MetrologySettings, recording::Axis, ui::controls::Controls as _,
 };
 
-const EXPLANATION: &str = "A reversal counts once the load has turned back by more than this threshold, in the loops, the table of figures and the report. From data: ten times the noise of the load, and at least 5 % of its range in all training and test recordings. Large cycles hardly depend on the threshold";
+const EXPLANATION: &str = "A reversal counts once the load has turned back by more than this threshold. From data: ten times the noise of the load, and at least 5 % of its range";
 
 const LONGEST_DWELL_SECS: f64 = 1e5;
 
@@ -41,7 +41,7 @@ pub fn or_from_data(
     style: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
 ) -> Option<f64> {
     let mut value = entered.unwrap_or(used);
-    if ui.explained_field(name, style(DragValue::new(&mut value)), explanation).changed() {
+    if ui.field(name, style(DragValue::new(&mut value)), explanation).changed() {
         entered = Some(value);
     }
     let mut from_data = entered.is_none();
@@ -53,10 +53,10 @@ pub fn or_from_data(
 }
 
 pub fn dwell_secs(ui: &mut Ui, name: &str, measuring: &mut MetrologySettings) {
-    let explanation = "A dwell is an interval of at least this time with a constant load; dwells show creep and zero return. Constant means that every axis stays within 1 % of its full scale or ten times its noise, whichever is larger. \"Definitions…\" changes the 1 %";
+    let explanation = "A dwell is an interval of at least this time with a constant load. Constant means that every axis stays within 1 % of its full scale (see \"Definitions…\") or ten times its noise";
     let field = DragValue::new(&mut measuring.hold_secs)
         .range(0.1..=LONGEST_DWELL_SECS)
         .speed(0.1)
         .suffix(" s");
-    ui.explained_field(name, field, explanation);
+    ui.field(name, field, explanation);
 }

@@ -9,13 +9,14 @@ use crate::{
     features::{
         Auxiliary, BLOCKS, Distance, F_TH, FeatureSettings, HISTORY_RATE, Setting, T_TH, Thresholds,
     },
+    min_max::MinMax,
     questions::thresholds::ShownFTh,
+    recording::{Entry, GaugeRange, ValidRange},
     shown::printable,
     ui::{
         blocks_panel::{self, LOOK_BACK, distance, look_back_id},
-        command::{Out, Pane},
+        command::Out,
         controls::Controls as _,
-        gauge_limits::gauge_limits,
         numbers::significant,
         pane::{Cx, PaneView},
         regressor_panel,
@@ -23,9 +24,6 @@ use crate::{
         setting::{number, switch, switched},
     },
 };
-
-pub const PANE: Pane =
-    Pane { key: "settings", title: "Settings", explanation: "Thresholds, features and regressor" };
 
 #[derive(Debug, Default)]
 pub struct View;
@@ -73,7 +71,7 @@ fn settings_panel(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         blocks_panel::choosing(ui, engine, out);
         auxiliary_references(ui, engine, &mut settings);
         ui.separator();
-        regressor_panel::learner(ui, engine, &mut settings, out);
+        regressor_panel::learner(ui, &mut settings);
         ui.horizontal_wrapped(|ui| regressor_panel::ridge(ui, &mut settings.ridge));
         switch(ui, &OFFSET, &mut settings.offset);
         ui.horizontal(|ui| {
@@ -131,9 +129,9 @@ fn more_look_backs(ui: &mut Ui, engine: &Engine, features: &mut FeatureSettings)
     let mut values: Vec<f64> = more.map(|other| other.f_th * factor).collect();
     ui.horizontal(|ui| {
         let label = ui.label("Further F_th").on_hover_text(
-            "Further force thresholds, separated by commas. Each threshold adds the gauges of one more earlier sample; several thresholds cover loops of different sizes",
+            "Each further force threshold adds the gauges of one more earlier sample, for loops of different sizes",
         );
-        let about = "Numbers above zero, separated by commas. Each number is one more force threshold F_th (Eq. 9-12 of Koike et al. 2019)";
+        let about = "Numbers above zero, separated by commas";
         let hint = ("none", f64::MIN_POSITIVE);
         if blocks_panel::list_field(ui, label.id, hint, about, &mut values) {
             let more = values.iter().map(|value| Thresholds { f_th: value / factor, t_th_secs });
@@ -168,7 +166,7 @@ fn decimation(ui: &mut Ui, settings: &mut FitSettings) {
 
 /// Draws the reference values of the auxiliary channels, at which their effects are zero.
 fn auxiliary_references(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
-    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature of the calibration. The calibration matrix of the gauges and the offset hold at this value. From data: the mean of the channel in the training recordings";
+    let explanation = "Value of this channel at which its effect is zero, such as the nominal temperature. From data: the mean of the channel in the training recordings";
     let Some(analysis) = engine.analysis().filter(|analysis| analysis.fitted) else {
         return;
     };
@@ -232,4 +230,52 @@ fn full_scales(ui: &mut Ui, engine: &Engine, settings: &mut FitSettings) {
             }
         });
     });
+}
+
+/// Draws the gauge limits and the overload tolerance.
+fn gauge_limits(ui: &mut Ui, engine: &Engine, out: &mut Out) {
+    let project = engine.project();
+    ui.horizontal_wrapped(|ui| {
+        let mut entered = project.gauge_range.clone();
+        let mut knows = entered.is_some();
+        if ui.tick(
+            &mut knows,
+            "Gauge limits",
+            "Minimum and maximum that the logger can write, such as -32768 and 32767. Without limits, a gauge counts as clipped if it stays at its extreme value while the load changes",
+        ) {
+            let extremes = || gauge_extremes(project.recordings.entries());
+            entered = knows.then(|| GaugeRange::All(extremes()));
+        }
+        match &mut entered {
+            Some(GaugeRange::All((low, high))) => {
+                for (value, what) in [(low, "Smallest"), (high, "Largest")] {
+                    let speed = (0.001 * value.abs()).max(1e-6);
+                    let field = DragValue::new(value).speed(speed);
+                    ui.add(field).on_hover_text(format!("{what} possible value of a gauge"));
+                }
+            }
+            Some(GaugeRange::Each(_)) => drop(ui.weak("separate for each gauge")),
+            None => {}
+        }
+        if entered != project.gauge_range {
+            out.send(Edit::GaugeRange(entered.filter(GaugeRange::rises)));
+        }
+        if project.settings.full_scale.iter().any(Option::is_some) {
+            let tolerance = project.overload_tolerance.unwrap_or(ValidRange::RATED_TOLERANCE);
+            let mut percent = 100.0 * tolerance;
+            ui.label("Overload above rated by");
+            let field = DragValue::new(&mut percent).range(0.0..=100.0).speed(0.1).suffix(" %");
+            let field = ui.add(field);
+            if field.on_hover_text("A load counts as overload if it exceeds the rated load by more than this share").changed() {
+                out.send(Edit::OverloadTolerance(percent / 100.0));
+            }
+        }
+    });
+}
+
+/// Returns the minimum and maximum value of all gauges, including zero.
+fn gauge_extremes(entries: &[Entry]) -> (f64, f64) {
+    let ranges = entries.iter().flat_map(|entry| entry.recording.gauge_ranges());
+    let range = ranges.copied().collect::<MinMax>().with(0.0);
+    (range.min, range.max)
 }

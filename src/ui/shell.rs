@@ -21,21 +21,21 @@ use crate::{
     ui::{
         actions::{self, CanGo},
         appearance,
-        command::{Command, Out, Pane, Workspace},
+        command::{Command, Out, Pane, PathFor, Workspace},
         command_palette::CommandPalette,
-        dialogs::{Dialogs, Reply, write},
+        dialogs::{Dialogs, Reply},
         dock,
         hand::Hand,
         help::Help,
         import_window::{ImportFields, import_page},
-        live_pane, menu,
+        menu,
         notices::Notices,
         pane::Cx,
         panes::{Views, needs_calibration},
         picture::Images,
         presenter::Presenter,
         scope::Scope,
-        setting, settings_panel, status_line, strip,
+        setting, status_line, strip,
         time_view::TimeView,
         welcome,
         workspace::Workspaces,
@@ -204,7 +204,7 @@ impl Shell {
         match command {
             Command::Do(action) => {
                 if matches!(action, Action::Follow(_)) {
-                    self.workspaces.bring(live_pane::PANE);
+                    self.workspaces.bring(Pane::LIVE);
                 }
                 self.engine.act(action);
             }
@@ -254,7 +254,7 @@ impl Shell {
                 if [F_TH, T_TH].contains(&setting) && !self.workspaces.has_dock() {
                     self.workspaces.show(Workspace::Calibrate);
                 } else if ![F_TH, T_TH].contains(&setting) {
-                    self.workspaces.bring(settings_panel::PANE);
+                    self.workspaces.bring(Pane::SETTINGS);
                 }
                 setting::seek(ui.ctx(), setting);
             }
@@ -269,13 +269,10 @@ impl Shell {
                 let changed = (*scale + f32::from(step) * TEXT_STEP).clamp(min, max);
                 *scale = if step == 0 { 1.0 } else { changed };
             }
-            Command::ImageOfAll(to) => self.pictures.ask(ui.ctx().content_rect(), to),
             Command::Image(part, to) => self.pictures.ask(part, to),
             Command::TareBetweenCursors(at) => self.tare_between_cursors(at),
-            Command::ChooseFiles => self.dialogs.open_files(self.reply.clone()),
-            Command::ChooseImport => self.dialogs.import(self.reply.clone()),
-            Command::ChooseFollowed => self.dialogs.follow(self.reply.clone()),
-            Command::ChooseLost => self.dialogs.locate(self.reply.clone()),
+            Command::Choose(what) => self.dialogs.ask(what, self.reply.clone()),
+            Command::TypePath(what) => self.questions.ask_path(what),
             Command::ChooseExport => {
                 let content = self.engine.calibration_content();
                 self.ask_where(content, "There is no calibration to export yet");
@@ -294,19 +291,12 @@ impl Shell {
                     _ => self.ask_where(Some(content), ""),
                 }
             }
-            Command::ChooseFileFor(content) => self.ask_where(Some(content), ""),
-            Command::TypePathFor(content) => self.questions.ask_path(content),
-            Command::PathTyped(path) => {
-                if let Some((content, path)) = self.questions.take_content().zip(path) {
-                    self.apply(write(content, path, Existing::Ask), ui);
-                }
-            }
         }
     }
 
     fn ask_where(&mut self, content: Option<FileContent>, otherwise: &str) {
         match content {
-            Some(content) => self.dialogs.save(content, self.reply.clone()),
+            Some(content) => self.dialogs.ask(PathFor::Save(content), self.reply.clone()),
             None => self.engine.notice(Level::Error, otherwise),
         }
     }
@@ -384,60 +374,55 @@ impl Shell {
     }
 
     fn draw(&mut self, ui: &mut Ui, out: &mut Out) {
-        let (zoom_back, zoom_forward) = self.time.can_go();
         let history = &self.engine.history;
-        let (undo, redo) = (history.can_undo(), history.can_redo());
-        let can = CanGo { undo, redo, zoom_back, zoom_forward };
+        let can = CanGo { undo: history.can_undo(), redo: history.can_redo() };
         self.palette.listen(ui.ctx());
         actions::listen(ui.ctx(), &self.engine, can, out);
         let mut asked = Vec::new();
         let is_empty = self.engine.entries().is_empty() && self.engine.following.asked().is_none();
-        let (engine, time, scope) = (&self.engine, &mut self.time, &mut self.scope);
+        let engine = &self.engine;
         let presents = self.presenter.is_on;
         if presents && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
             out.send(Command::TogglePresenter);
         }
-        let bar = egui::Frame::NONE
-            .fill(ui.visuals().panel_fill)
-            .inner_margin(egui::Margin::symmetric(8, 0));
+        let (time, scope) = (&mut self.time, &mut self.scope);
+        let cx = &mut Cx { engine, time, scope, presents, out: &mut *out, asked: &mut asked };
+        let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
+        let bar = panel.inner_margin(egui::Margin::symmetric(8, 0));
         if !presents {
             Panel::top("menu").exact_size(menu::HEIGHT).frame(bar).show(ui, |ui| {
-                menu::menu_bar(ui, engine, &self.workspaces, can, out);
+                menu::menu_bar(ui, engine, &self.workspaces, can, cx.out);
             });
-            Panel::top("strip").exact_size(strip::HEIGHT).frame(bar).show(ui, |ui| {
-                strip::strip(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
-            });
+            let top = Panel::top("strip").exact_size(strip::HEIGHT).frame(bar);
+            top.show(ui, |ui| strip::strip(ui, cx));
             Panel::bottom("status").exact_size(STATUS_HEIGHT).frame(bar).show(ui, |ui| {
-                status_line::status_line(ui, engine, out);
+                status_line::status_line(ui, engine, cx.out);
             });
         }
-        let panel = egui::Frame::NONE.fill(ui.visuals().panel_fill);
         if !presents && self.workspaces.has_dock() && engine.importing.is_none() {
-            Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel).show(ui, |ui| {
-                dock::dock(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
-            });
+            let bottom = Panel::bottom("dock").exact_size(dock::HEIGHT).frame(panel);
+            bottom.show(ui, |ui| dock::dock(ui, cx));
         }
         egui::CentralPanel::default().frame(panel).show(ui, |ui| {
             let places = &mut self.places;
             places.clear();
             if engine.importing.is_some() {
                 let is_covered = self.help.is_open();
-                return import_page(ui, engine, &mut self.import_fields, is_covered, out);
+                return import_page(ui, engine, &mut self.import_fields, is_covered, cx.out);
             }
             if is_empty && !engine.is_busy() {
-                return welcome::choices(ui, engine, out);
+                return welcome::choices(ui, engine, cx.out);
             }
             if presents {
-                let cx = &mut Cx { engine, time, scope, presents, out, asked: &mut asked };
                 return self.presenter.draw(ui, &mut self.views, cx);
             }
-            self.workspaces.draw(ui, out, &mut |ui, out, pane| {
+            self.workspaces.draw(ui, cx, &mut |ui, cx, pane| {
                 places.push((pane, ui.max_rect()));
                 let missing = engine.project().missing();
                 if let Some(missing) = missing.filter(|_| needs_calibration(pane)) {
                     ui.centered_and_justified(|ui| ui.weak(format!("Waits: {missing}")));
                 } else if let Some(view) = self.views.of(pane) {
-                    view.ui(ui, &mut Cx { engine, time, scope, presents, out, asked: &mut asked });
+                    view.ui(ui, cx);
                 }
             });
         });

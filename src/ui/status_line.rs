@@ -22,7 +22,8 @@ const WORTH_SAYING: Duration = Duration::from_millis(100);
 pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     ui.horizontal(|ui| {
         let running = engine.running();
-        let refit = engine.lane::<Analyse>().running().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
+        let refit =
+            engine.lane::<Analyse>().running().filter(|refit| refit.since.elapsed() > WORTH_SAYING);
         // The buttons come first, so that progress bars do not move them.
         if !engine.notices.is_empty() {
             let all = counted(engine.notices.len(), "notice");
@@ -32,9 +33,13 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         }
         let runs = !running.is_empty() || refit.is_some();
         if runs
-            && ui.press("Cancel", "Cancels the running work; recordings that are already loaded stay") {
-                out.send(Action::Cancel);
-            }
+            && ui.press(
+                "Cancel",
+                "Cancels the running work; recordings that are already loaded stay",
+            )
+        {
+            out.send(Action::Cancel);
+        }
         for running in &running {
             busy(ui);
             ui.label(&running.title);
@@ -56,15 +61,16 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
         } else if let Some(analysis) = engine.analysis() {
             let quality = &analysis.calibration.quality;
             if let Some(each) = analysis.preview_of {
-                ui.warn(preview_of(each))
-                    .on_hover_text("These results are computed from a part of the samples. The result of all samples replaces them as soon as it is computed");
+                ui.warn(preview_of(each)).on_hover_text(
+                    "The result of all samples replaces this one as soon as it is computed",
+                );
                 return;
             }
-            ui.label(if analysis.fitted { "Up to date" } else { "Applied" }).on_hover_text(format!(
-                "Computed in {} ms",
-                significant(1e3 * analysis.elapsed.as_secs_f64(), 3)
-            ));
-            let n_of = |role: Role| engine.entries().iter().filter(|entry| entry.role == role).count();
+            ui.label(if analysis.fitted { "Up to date" } else { "Applied" }).on_hover_text(
+                format!("Computed in {} ms", significant(1e3 * analysis.elapsed.as_secs_f64(), 3)),
+            );
+            let n_of =
+                |role: Role| engine.entries().iter().filter(|entry| entry.role == role).count();
             let mut words = format!(
                 "{}: {} train, {} test",
                 counted(engine.entries().len(), "recording"),
@@ -79,11 +85,6 @@ pub fn status_line(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 words += &format!(" · CV {how}");
             }
             ui.weak(words);
-            if let Some(share) = engine.share_with_past() {
-                ui.weak(format!("· look-back finds an earlier sample for {:.0} %", 100.0 * share)).on_hover_text(
-                    "For the remaining samples, no load within the time threshold t_th differed by the force threshold F_th; their present gauges stand in for the earlier gauges",
-                );
-            }
         }
     });
 }
@@ -109,23 +110,10 @@ fn frame_secs() -> egui::Id {
     egui::Id::unique("how long a frame takes")
 }
 
-/// Draws a symbol of running work. The symbol moves only as often as progress is drawn.
+/// Draws a sign of running work.
 pub fn busy(ui: &mut Ui) {
-    const DOTS: usize = 8;
-    let size = ui.spacing().interact_size.y;
-    let (rect, response) = ui.allocate_exact_size(egui::Vec2::splat(size), egui::Sense::hover());
-    response.widget_info(|| egui::WidgetInfo::new(egui::Role::ProgressIndicator));
-    let steps = ui.input(|input| input.time) / PROGRESS_INTERVAL.as_secs_f64();
-    let head = steps as usize % DOTS;
-    let color = ui.visuals().strong_text_color();
-    for dot in 0..DOTS {
-        let angle = std::f32::consts::TAU * dot as f32 / DOTS as f32;
-        let age = (head + DOTS - dot) % DOTS;
-        let at = rect.center() + 0.32 * size * egui::Vec2::angled(angle);
-        let shade = color.gamma_multiply(1.0 - age as f32 / DOTS as f32);
-        ui.painter().circle_filled(at, 0.08 * size, shade);
-    }
-    ui.request_repaint_after(progress_interval(ui.ctx()));
+    let sign = ui.weak("working…");
+    sign.widget_info(|| egui::WidgetInfo::new(egui::Role::ProgressIndicator));
 }
 
 pub fn preview_of(each: usize) -> String {

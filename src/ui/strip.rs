@@ -24,7 +24,7 @@ use crate::{
         bars,
         choice::choice,
         command::{Command, Out, Workspace},
-        controls::place,
+        controls::{named, place},
         numbers::significant,
         palette::Trace,
         pane::Cx,
@@ -256,7 +256,7 @@ fn two_bars(
         about.join("\n")
     );
     let bars = ui.interact(area, ui.scope_id().with("bars"), Sense::click()).on_hover_text(&about);
-    bars.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &about));
+    named(&bars, egui::Role::Button, &about);
     if bars.clicked() {
         out.send(Command::Show(Workspace::Check));
     }

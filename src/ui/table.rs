@@ -4,9 +4,9 @@ use egui::{Response, RichText, Role, Ui, WidgetInfo};
 
 use crate::{
     engine::FileContent,
-    report::{Column, Table, Value},
+    report::{Table, Value},
     ui::{
-        command::{Command, Out},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
         numbers::elided,
     },
@@ -68,51 +68,24 @@ pub fn saving(
         if ui.press("Save as…", holds)
             && let Some(content) = content
         {
-            out.send(Command::ChooseFileFor(content()));
+            out.send(Command::Choose(PathFor::Save(content())));
         }
     });
 }
 
-#[derive(Clone, Debug)]
-pub struct Sort {
-    /// Name of the column by which the rows are sorted. Rows of a table without this column keep their order.
-    column: String,
-    descending: bool,
-}
-
-impl Sort {
-    pub fn by(column: &str) -> Self {
-        Self { column: column.to_owned(), descending: false }
-    }
-
-    pub fn order(&self, table: &Table) -> Vec<usize> {
-        let mut columns = table.columns.iter();
-        match columns.position(|column| column.name == self.column) {
-            Some(column) => table.order(column, self.descending),
-            None => (0..table.rows.len()).collect(),
-        }
-    }
-}
-
-/// Draws a table that the user sorts by a click on the head of a column. `lead` draws the first `n_led` cells of each row.
-pub fn show_sorted(
-    ui: &mut Ui,
-    table: &Table,
-    sort: &mut Sort,
-    n_led: usize,
-    lead: &mut dyn FnMut(&mut Ui, usize),
-) {
-    egui::Grid::new(("sorted", &table.title))
+/// Draws a table whose `lead` draws the first `n_led` cells of each row, after one more cell without a head.
+pub fn show_led(ui: &mut Ui, table: &Table, n_led: usize, lead: &mut dyn FnMut(&mut Ui, usize)) {
+    egui::Grid::new(("led", &table.title))
         .striped(true)
         .min_col_width(12.0)
         .spacing([10.0, 3.0])
         .show(ui, |ui| {
             ui.label("");
             for column in &table.columns {
-                head(ui, column, sort);
+                explained(ui, RichText::new(column.title()).strong(), &column.about);
             }
             ui.end_row();
-            for at in sort.order(table) {
+            for at in 0..table.rows.len() {
                 lead(ui, at);
                 for column in n_led..table.columns.len() {
                     show_cell(ui, table, [at, column], true);
@@ -120,27 +93,6 @@ pub fn show_sorted(
                 ui.end_row();
             }
         });
-}
-
-/// Draws the head of a column. A click sorts by the column, a second click reverses the order.
-fn head(ui: &mut Ui, column: &Column, sort: &mut Sort) {
-    let title = column.title();
-    if title.is_empty() {
-        explained(ui, RichText::new(""), &column.about);
-        return;
-    }
-    let is_own = sort.column == column.name;
-    let arrow = match (is_own, sort.descending) {
-        (false, _) => "",
-        (true, false) => " ↑",
-        (true, true) => " ↓",
-    };
-    let button = egui::Button::new(RichText::new(format!("{title}{arrow}")).strong()).frame(false);
-    let about = format!("{}\nClick to sort by this column", column.about);
-    if ui.add(button).on_hover_text(about.trim()).clicked() {
-        let descending = is_own && !sort.descending;
-        *sort = Sort { column: column.name.clone(), descending };
-    }
 }
 
 fn show_cell(ui: &mut Ui, table: &Table, [row, at]: [usize; 2], is_narrow: bool) {

@@ -14,7 +14,7 @@ use crate::{
         asked::{StudyThresholds, ThresholdStudy},
     },
     ui::{
-        command::{Command, Out, Pane},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
         numbers::significant,
         pane::{Cx, PaneView},
@@ -24,12 +24,6 @@ use crate::{
 pub use map::MapTexture;
 
 const HEAD_HEIGHT: f32 = 32.0;
-
-pub const PANE: Pane = Pane {
-    key: "thresholds",
-    title: "Thresholds",
-    explanation: "Map of the error for pairs of force threshold F_th and time threshold t_th",
-};
 
 #[derive(Default)]
 pub struct View {
@@ -87,7 +81,7 @@ fn head(ui: &mut Ui, map: &Arc<ThresholdMap>, measure: Measure, out: &mut Out) {
                 MAP_FORMATS.iter().map(|format| format!(".{}: {}", format.ending, format.holds));
             if ui.press("Save as…", formats.collect::<Vec<_>>().join("; ")) {
                 let content = FileContent::Thresholds(Arc::clone(map), measure);
-                out.send(Command::ChooseFileFor(content));
+                out.send(Command::Choose(PathFor::Save(content)));
             }
             ui.weak("○ present   ◆ lowest   ■ mean hysteresis");
         });

@@ -6,8 +6,6 @@ mod playing;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use egui::util::undoer::{Settings, Undoer};
-
 use crate::{
     questions::{TraceSet, check::query::FaultyRecording},
     recording::Axis,
@@ -18,11 +16,8 @@ use crate::{
 pub use cursors::Cursors;
 pub use playing::Playing;
 
-/// Time without a change (s) after which a zoom is stored for "Zoom back".
-const SETTLED_SECS: f32 = 0.4;
 /// Number of steps by the arrow keys across the visible interval of time. One step is about one pixel.
 const STEPS_ACROSS: usize = 800;
-const MAX_ZOOMS: usize = 50;
 
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shown {
@@ -42,13 +37,11 @@ pub enum Kind {
 pub struct TimeView {
     on: Option<Arc<Vec<f64>>>,
     pub shown: Shown,
-    zooms: Zooms,
     /// Samples that look faulty in each recording; empty until the search for faults ends.
     pub faulty: Vec<Arc<FaultyRecording>>,
     pub hovered: Option<usize>,
     /// Sample that was under the pointer last.
     last: usize,
-    pub locks_values: bool,
     /// Number of the pass of egui in which the traces were last drawn.
     pub drawn_in: u64,
     /// Sample under the pointer in another pane.
@@ -57,19 +50,6 @@ pub struct TimeView {
     pub columns: SharedColumns,
     pub cursors: Cursors,
     pub playing: Playing,
-}
-
-#[derive(Debug)]
-struct Zooms(Undoer<Shown>);
-
-impl Default for Zooms {
-    fn default() -> Self {
-        Self(Undoer::with_settings(Settings {
-            max_undos: MAX_ZOOMS,
-            stable_time: SETTLED_SECS,
-            ..Settings::default()
-        }))
-    }
 }
 
 /// Columns of pixels with the samples in each. All plots share them, because all plots show the same time and have the same
@@ -142,7 +122,6 @@ impl TimeView {
         if !self.on.as_ref().is_some_and(|on| Arc::ptr_eq(on, &traces.times)) {
             self.on = Some(Arc::clone(&traces.times));
             self.fit();
-            self.zooms = Zooms::default();
             (self.hovered, self.last) = (None, traces.times.len() / 2);
             self.cursors.clear();
             self.playing.clear();
@@ -152,13 +131,6 @@ impl TimeView {
     pub fn apply(&mut self, time_move: TimeMove) {
         match time_move {
             TimeMove::Fit => self.fit(),
-            TimeMove::Back | TimeMove::Forward => {
-                let shown = match time_move {
-                    TimeMove::Back => self.zooms.0.undo(&self.shown),
-                    _ => self.zooms.0.redo(&self.shown),
-                };
-                self.shown = shown.unwrap_or(&self.shown).clone();
-            }
             TimeMove::Zoom(factor) => {
                 let present = self.present_time();
                 self.set_time(|from, to| {
@@ -177,25 +149,12 @@ impl TimeView {
                 self.present_time().into_iter().for_each(|time| self.cursors.put(which, time));
             }
             TimeMove::ToggleTable => self.cursors.table = !self.cursors.table,
-            TimeMove::ToggleLock => {
-                self.locks_values = !self.locks_values;
-                self.shown.values.clear();
-            }
             TimeMove::ToggleCompensated => self.toggle(Trace::Compensated),
         }
     }
 
-    pub fn keep_zoom(&mut self, time_secs: f64) {
-        self.zooms.0.feed_state(time_secs, &self.shown);
-    }
-
     pub fn fit(&mut self) {
         self.shown = Shown::default();
-    }
-
-    /// Returns two flags: whether there is an earlier zoom to go back to, and whether there is a later zoom to go forward to.
-    pub fn can_go(&self) -> (bool, bool) {
-        (self.zooms.0.has_undo(&self.shown), self.zooms.0.has_redo(&self.shown))
     }
 
     /// Returns the times of the cursors (s), counted from the first sample of a recording on screen.

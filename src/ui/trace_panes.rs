@@ -44,9 +44,6 @@ const WIDTH_WITH_LEGEND: f32 = 440.0;
 /// Width of the head (points) from which the role and the length of the recording are in it.
 const WIDTH_WITH_LENGTH: f32 = 780.0;
 
-pub const PANE: Pane =
-    Pane { key: "traces", title: "Traces", explanation: "Loads and errors over time" };
-
 /// The lines that were drawn in the last frame. [`TimeView`] holds the visible interval of time.
 #[derive(Debug)]
 pub struct View {
@@ -59,7 +56,7 @@ pub struct View {
 
 impl Default for View {
     fn default() -> Self {
-        let channels = channels_pane::View::asking_as(PANE.key, false);
+        let channels = channels_pane::View::asking_as(Pane::TRACES.key, false);
         Self { drawn: DrawnLines::default(), channels, gives_roles: false }
     }
 }
@@ -117,7 +114,7 @@ fn trace_panes(
     let shown: Vec<&AxisTraces> =
         traces.axes.iter().filter(|axis| scope.axes().contains(&axis.axis)).collect();
     let room = ui.available_height() - TIME_AXIS_HEIGHT - 4.0 - f32::from(ABOVE);
-    let columns = columns(&shown, egui::vec2(ui.available_width(), room));
+    let columns = columns(&shown, ui.available_width());
     let rows = columns.iter().map(Vec::len).max().unwrap_or(1) as f32;
     let cell_height = (room / rows).max(MIN_CELL_HEIGHT);
     let hovered_before = panes.hovered;
@@ -146,7 +143,6 @@ fn trace_panes(
             });
         });
     panes.cursors.show(ui, scope.axes(), traces);
-    panes.keep_zoom(ui.input(|input| input.time));
     if ui.input(|input| input.pointer.is_moving()) {
         panes.playing.stepped = false;
     }
@@ -161,21 +157,16 @@ fn trace_panes(
     }
 }
 
-/// Returns the axes arranged in columns: forces left and moments right if both columns fit, else one column. If the columns
-/// are too high and three columns fit, returns the columns x, y and z.
-fn columns<'a>(shown: &[&'a AxisTraces], room: egui::Vec2) -> Vec<Vec<&'a AxisTraces>> {
+/// Returns the axes in columns of this width: forces left and moments right if both columns fit, else one column.
+fn columns<'a>(shown: &[&'a AxisTraces], width: f32) -> Vec<Vec<&'a AxisTraces>> {
     let (forces, moments): (Vec<_>, Vec<_>) =
         shown.iter().copied().partition(|axis| axis.axis.is_force());
-    let has_width = |n: usize| room.x >= n as f32 * MIN_COLUMN_WIDTH;
     let has_both = !forces.is_empty() && !moments.is_empty();
-    let columns =
-        if has_both && has_width(2) { vec![forces, moments] } else { vec![shown.to_vec()] };
-    let rows = columns.iter().map(Vec::len).max().unwrap_or(1);
-    if rows as f32 * MIN_CELL_HEIGHT <= room.y || !has_width(3) || rows < 2 {
-        return columns;
+    if has_both && width >= 2.0 * MIN_COLUMN_WIDTH {
+        vec![forces, moments]
+    } else {
+        vec![shown.to_vec()]
     }
-    let third = |at: usize| shown.iter().copied().skip(at).step_by(3).collect();
-    (0..3.min(shown.len())).map(third).collect()
 }
 
 /// Draws the choice of the axis, which the table of errors offers in a wider window.
@@ -247,7 +238,7 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, scope: &Scope, ou
         ui.separator();
         if ui.press(
             "Fit view",
-            "Shows the whole time; a double click in a plot does the same. In a plot, the wheel zooms in time, a drag moves, and a drag with the right button zooms into a box",
+            "Shows the whole time, as a double click in a plot does. In a plot, the wheel zooms and a drag moves",
         ) {
             panes.fit();
         }

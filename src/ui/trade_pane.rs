@@ -8,7 +8,6 @@ use crate::{
     questions::Mark,
     scoring::{numbers::significant, score_set::ScoreSet},
     ui::{
-        command::Pane,
         numbers::elided,
         palette::Trace,
         pane::{Cx, PaneView},
@@ -19,12 +18,6 @@ use crate::{
 /// Maximum distance of the pointer from a model that it names (points).
 const NEAR: f32 = 14.0;
 const NAME_LENGTH: usize = 44;
-
-pub const PANE: Pane = Pane {
-    key: "trade",
-    title: "Error against memory",
-    explanation: "Cross-validated error of each tried model against the memory that it needs on a controller; a press on a point applies the model",
-};
 
 #[derive(Debug, Default)]
 pub struct View;

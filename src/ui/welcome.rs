@@ -6,15 +6,13 @@ use crate::{
     engine::{Action, Engine},
     ui::{
         actions,
-        command::{Command, Out},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
     },
 };
 
 const SIZE: egui::Vec2 = egui::Vec2::new(300.0, 64.0);
 const RECENT: usize = 5;
-/// Width of the field for a path (points).
-const FIELD_WIDTH: f32 = 280.0;
 
 pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
     ui.vertical_centered(|ui| {
@@ -25,7 +23,7 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             (
                 "Open files…",
                 "Opens recordings, calibrations or a session; you can also drop files on the window",
-                Command::ChooseFiles,
+                Command::Choose(PathFor::Open),
             ),
             (
                 "Built-in sensor",
@@ -40,7 +38,9 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             ui.weak(about);
             ui.add_space(10.0);
         }
-        path_field(ui, out);
+        if ui.press("Type a path…", "Opens the file or folder at a path that you type") {
+            out.send(Command::TypePath(PathFor::Open));
+        }
         ui.add_space(10.0);
         let recent = actions::recent(engine);
         if recent.is_empty() {
@@ -54,24 +54,4 @@ pub fn choices(ui: &mut egui::Ui, engine: &Engine, out: &mut Out) {
             }
         }
     });
-}
-
-/// Draws the field for the path of a file, for computers without a file dialog.
-fn path_field(ui: &mut egui::Ui, out: &mut Out) {
-    let id = egui::Id::unique("typed path");
-    let mut path: String = ui.data(|data| data.get_temp(id)).unwrap_or_default();
-    ui.allocate_ui(egui::Vec2::new(FIELD_WIDTH + 110.0, 28.0), |ui| {
-        ui.horizontal(|ui| {
-            let about = [
-                "A recording, a calibration (.json or .cal), a session, or a folder of them",
-                "Load",
-                "Opens the file or folder at this path",
-            ];
-            let hint = "or type a path";
-            if let Some(path) = ui.path_field("Open", &mut path, (FIELD_WIDTH, hint), about) {
-                out.send(Action::Open(vec![path]));
-            }
-        });
-    });
-    ui.data_mut(|data| data.insert_temp(id, path));
 }

@@ -4,25 +4,9 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 
 use crate::ui::{
     appearance::{focus_ring, is_compact},
-    axes_pane::PANE as AXES,
-    calibration_pane::PANE as CALIBRATION,
-    channels_pane::PANE as CHANNELS,
-    check_pane::PANE as CHECK,
-    command::{Command, Out, Pane, Workspace},
-    errors_pane::PANE as ERRORS,
-    export_pane::PANE as EXPORT,
-    live_pane::PANE as LIVE,
-    look_back_pane::PANE as LOOK_BACK,
-    loops_pane::PANE as LOOPS,
-    metrology_pane::PANE as METROLOGY,
-    models_pane::PANE as MODELS,
-    notes_pane::PANE as NOTES,
-    pairs_pane::PANE as PAIRS,
-    recordings_panel::PANE as RECORDINGS,
-    settings_panel::PANE as SETTINGS,
-    thresholds_pane::PANE as THRESHOLDS,
-    trace_panes::PANE as TRACES,
-    trade_pane::PANE as TRADE,
+    command::{Command, Pane, Workspace},
+    controls::named,
+    pane::Cx,
 };
 
 /// Width of the border between two panes (points).
@@ -34,7 +18,7 @@ const RIGHT_SHARES: std::ops::RangeInclusive<f32> = 0.1..=0.6;
 /// Width of the list of exports (points).
 const CHECKLIST_WIDTH: f32 = 760.0;
 const HEAD_HEIGHT: f32 = 30.0;
-const DRAWER_WIDTHS: [(Pane, f32); 2] = [(RECORDINGS, 460.0), (SETTINGS, 480.0)];
+const DRAWER_WIDTHS: [(Pane, f32); 2] = [(Pane::RECORDINGS, 460.0), (Pane::SETTINGS, 480.0)];
 
 /// Areas of all workspaces, and the workspace on screen.
 pub struct Workspaces {
@@ -77,13 +61,25 @@ impl Default for Workspaces {
 
 fn areas(workspace: Workspace) -> Vec<Area> {
     let all: &[(&'static [Pane], f32)] = match workspace {
-        Workspace::Import => &[(&[TRACES, CHANNELS], 0.0), (&[RECORDINGS], 0.75), (&[NOTES], 0.25)],
-        Workspace::Calibrate => &[(&[TRACES], 0.0), (&[ERRORS], 0.56), (&[LOOK_BACK], 0.44)],
-        Workspace::Loops => &[(&[LOOPS], 0.0), (&[AXES], 0.34), (&[METROLOGY], 0.66)],
-        Workspace::Thresholds => &[(&[THRESHOLDS], 0.0), (&[PAIRS], 0.33), (&[TRACES], 0.67)],
-        Workspace::Models => &[(&[MODELS], 0.0), (&[TRADE], 0.5), (&[ERRORS], 0.5)],
-        Workspace::Check => &[(&[CHECK, LIVE], 0.0)],
-        Workspace::Export => &[(&[EXPORT], 0.0), (&[CALIBRATION], 1.0)],
+        Workspace::Import => &[
+            (&[Pane::TRACES, Pane::CHANNELS], 0.0),
+            (&[Pane::RECORDINGS], 0.75),
+            (&[Pane::NOTES], 0.25),
+        ],
+        Workspace::Calibrate => {
+            &[(&[Pane::TRACES], 0.0), (&[Pane::ERRORS], 0.56), (&[Pane::LOOK_BACK], 0.44)]
+        }
+        Workspace::Loops => {
+            &[(&[Pane::LOOPS], 0.0), (&[Pane::AXES], 0.34), (&[Pane::METROLOGY], 0.66)]
+        }
+        Workspace::Thresholds => {
+            &[(&[Pane::THRESHOLDS], 0.0), (&[Pane::PAIRS], 0.33), (&[Pane::TRACES], 0.67)]
+        }
+        Workspace::Models => {
+            &[(&[Pane::MODELS], 0.0), (&[Pane::TRADE], 0.5), (&[Pane::ERRORS], 0.5)]
+        }
+        Workspace::Check => &[(&[Pane::CHECK, Pane::LIVE], 0.0)],
+        Workspace::Export => &[(&[Pane::EXPORT], 0.0), (&[Pane::CALIBRATION], 1.0)],
     };
     let area =
         |(panes, share): &(&'static [Pane], f32)| Area { panes, selected: panes[0], share: *share };
@@ -150,11 +146,11 @@ impl Workspaces {
     pub fn draw(
         &mut self,
         ui: &mut Ui,
-        out: &mut Out,
-        draw: &mut dyn FnMut(&mut Ui, &mut Out, Pane),
+        cx: &mut Cx<'_>,
+        draw: &mut dyn FnMut(&mut Ui, &mut Cx<'_>, Pane),
     ) {
         let whole = ui.available_rect_before_wrap();
-        let mut drawing = Drawing { draw, focus: self.focus.take(), out };
+        let mut drawing = Drawing { draw, focus: self.focus.take(), cx };
         if let Some(pane) = self.maximized {
             drawing.maximized(ui, pane);
         } else {
@@ -186,7 +182,7 @@ impl Workspaces {
         }
     }
 
-    fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_>) {
+    fn areas(&mut self, ui: &mut Ui, whole: egui::Rect, drawing: &mut Drawing<'_, '_>) {
         let (wide, least, narrow) = RIGHT_WIDTHS;
         let usual = match self.shown {
             Workspace::Export => whole.width() - CHECKLIST_WIDTH,
@@ -228,7 +224,13 @@ impl Workspaces {
 }
 
 impl Area {
-    fn draw(&mut self, ui: &mut Ui, rect: egui::Rect, has_head: bool, drawing: &mut Drawing<'_>) {
+    fn draw(
+        &mut self,
+        ui: &mut Ui,
+        rect: egui::Rect,
+        has_head: bool,
+        drawing: &mut Drawing<'_, '_>,
+    ) {
         let place = UiBuilder::new().max_rect(rect).id_salt(self.panes[0].key);
         let mut ui = ui.new_child(place);
         ui.shrink_clip_rect(rect);
@@ -241,13 +243,13 @@ impl Area {
     }
 }
 
-struct Drawing<'a> {
-    draw: &'a mut dyn FnMut(&mut Ui, &mut Out, Pane),
+struct Drawing<'a, 'c> {
+    draw: &'a mut dyn FnMut(&mut Ui, &mut Cx<'_>, Pane),
     focus: Option<Pane>,
-    out: &'a mut Out,
+    cx: &'a mut Cx<'c>,
 }
 
-impl Drawing<'_> {
+impl Drawing<'_, '_> {
     /// Draws the title of a pane, or the tabs of several panes.
     fn head(&mut self, ui: &mut Ui, selected: &mut Option<Pane>, panes: &[Pane]) {
         ui.horizontal(|ui| {
@@ -261,7 +263,7 @@ impl Drawing<'_> {
                     _ => ui.selectable_value(selected, Some(*pane), title),
                 };
                 if tab.on_hover_text(about).double_clicked() {
-                    self.out.send(Command::ToggleMaximized(Some(*pane)));
+                    self.cx.out.send(Command::ToggleMaximized(Some(*pane)));
                 }
             }
             if let (None, [pane]) = (&selected, panes) {
@@ -269,7 +271,7 @@ impl Drawing<'_> {
                     ui.add_space(8.0);
                     let close = ui.button("Close").on_hover_text("Closes this list (Escape)");
                     if close.clicked() {
-                        self.out.send(Command::ToggleDrawer(*pane));
+                        self.cx.out.send(Command::ToggleDrawer(*pane));
                     }
                 });
             }
@@ -284,7 +286,7 @@ impl Drawing<'_> {
             let back =
                 ui.button("All panes").on_hover_text("Shows all panes of the workspace again (F9)");
             if title.double_clicked() || back.clicked() {
-                self.out.send(Command::ToggleMaximized(None));
+                self.cx.out.send(Command::ToggleMaximized(None));
             }
         });
         self.pane(ui, pane);
@@ -295,7 +297,7 @@ impl Drawing<'_> {
         let rect = ui.available_rect_before_wrap();
         let id = egui::Id::unique(("pane", pane.key));
         let whole = ui.interact(rect, id, Sense::focusable_noninteractive());
-        whole.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Pane, true, pane.title));
+        named(&whole, egui::Role::Pane, pane.title);
         if self.focus == Some(pane) {
             whole.request_focus();
         }
@@ -305,7 +307,7 @@ impl Drawing<'_> {
         let place = UiBuilder::new().max_rect(rect.shrink2(egui::vec2(8.0, 4.0))).id_salt(pane.key);
         let mut ui = ui.new_child(place);
         ui.shrink_clip_rect(rect);
-        (self.draw)(&mut ui, self.out, pane);
+        (self.draw)(&mut ui, self.cx, pane);
     }
 }
 

@@ -33,7 +33,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use loopscope::engine::{Action, FileContent, ImportCommand, Preferences};
-use loopscope::ui::{Dialogs, Reply, Shell, save_to};
+use loopscope::ui::{Dialogs, PathFor, Reply, Shell, chosen};
 
 use dropped::Dropped;
 use hands::{Hands, Random};
@@ -136,29 +136,27 @@ impl AnyFile {
 }
 
 impl Dialogs for AnyFile {
-    fn open_files(&mut self, reply: Reply) {
-        reply.send(Action::Open(vec![self.one()]).into());
-    }
-
-    fn import(&mut self, reply: Reply) {
-        reply.send(ImportCommand::Open(self.one()).into());
-    }
-
-    fn follow(&mut self, reply: Reply) {
-        reply.send(Action::Follow(self.0.borrow().log.path.clone()).into());
-    }
-
-    fn save(&mut self, content: FileContent, reply: Reply) {
-        let world = &mut *self.0.borrow_mut();
-        let endings: Vec<&str> =
-            (content.formats().into_iter()).flat_map(|(_, endings)| endings).collect();
-        let usual = Path::new(content.usual_name());
-        let ending = match endings.is_empty() {
-            true => usual.extension().map_or("", |own| own.to_str().unwrap_or("")),
-            false => world.random.of(&endings),
+    fn ask(&mut self, what: PathFor, reply: Reply) {
+        let path = match &what {
+            PathFor::Locate => return,
+            PathFor::Open | PathFor::Import => self.one(),
+            PathFor::Follow => self.0.borrow().log.path.clone(),
+            PathFor::Save(content) => {
+                let world = &mut *self.0.borrow_mut();
+                let endings: Vec<&str> =
+                    (content.formats().into_iter()).flat_map(|(_, endings)| endings).collect();
+                let usual = Path::new(content.usual_name());
+                let ending = if endings.is_empty() {
+                    usual.extension().map_or("", |ending| ending.to_str().unwrap_or(""))
+                } else {
+                    world.random.of(&endings)
+                };
+                world.folder.join(format!("saved_{}.{ending}", world.random.below(3)))
+            }
         };
-        let name = format!("saved_{}.{ending}", world.random.below(3));
-        reply.send(save_to(content, world.folder.join(name)));
+        if let Some(command) = chosen(what, vec![path]) {
+            reply.send(command);
+        }
     }
 }
 

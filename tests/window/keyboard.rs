@@ -233,7 +233,7 @@ fn keys_step_the_thresholds_unless_text_is_typed() {
     let stepped = pair(&window);
     assert!(stepped.f_th > first.f_th && stepped.t_th_secs < first.t_th_secs, "{stepped:?}");
     show(&mut window, "recordings");
-    window.get_by_role_and_label(Role::TextInput, "Open").focus();
+    window.get_by_role_and_label(Role::TextInput, "Filter").focus();
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::ArrowRight);
     settle(&mut window);

@@ -51,10 +51,10 @@ fn a_changed_file_is_reported_and_a_moved_file_is_asked_for() {
     assert_eq!(names(&window), ["a", "test_c"]);
     let moved = files.path("moved.csv");
     assert!(has(&window, "A file of the session was not found"));
-    type_into(&mut window, "Present folder or file", "/nowhere");
-    click(&mut window, Role::Button, "Search folder");
+    type_path(&mut window, PathFor::Locate, "/nowhere");
+    click(&mut window, Role::Button, "Open");
     message(&mut window, Level::Error, "/nowhere: none of the missing files");
-    type_into(&mut window, "Present folder or file", moved.to_str().unwrap());
+    type_path(&mut window, PathFor::Locate, moved.to_str().unwrap());
     window.key_press(Key::Enter);
     settle(&mut window);
     assert_eq!(names(&window), ["a", "test_c", "moved"]);

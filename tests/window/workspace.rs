@@ -366,31 +366,6 @@ fn space_plays_through_time_and_stops() {
 }
 
 #[test]
-fn zooms_can_be_undone_and_redone() {
-    let files = Files::new();
-    let mut window = window(files.three());
-    wait(&mut window, 10);
-    let pane = window.get_by_role_and_label(Role::GraphicsObject, "Fx [N]").rect();
-    window.hover_at(pane.center());
-    window.event(egui::Event::MouseWheel {
-        unit: egui::MouseWheelUnit::Point,
-        delta: Vec2::new(0.0, 200.0),
-        phase: egui::TouchPhase::Move,
-        source: egui::MouseWheelSource::Wheel,
-        modifiers: Modifiers::NONE,
-    });
-    wait(&mut window, 30);
-    let zoomed = shell(&window).visible_time();
-    assert!(zoomed.is_some());
-    window.key_press_modifiers(Modifiers::ALT, Key::ArrowLeft);
-    wait(&mut window, 3);
-    assert_eq!(shell(&window).visible_time(), None);
-    window.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
-    wait(&mut window, 3);
-    assert_eq!(shell(&window).visible_time(), zoomed);
-}
-
-#[test]
 fn keys_zoom_and_step_through_time() {
     let files = Files::new();
     let mut window = window(files.three());
@@ -580,8 +555,9 @@ fn an_empty_window_opens_a_typed_path() {
     let mut window = window(Vec::new());
     ctrl(&mut window, Key::N);
     assert!(names(&window).is_empty());
-    type_into(&mut window, "Open", files.three()[0].to_str().unwrap());
-    click(&mut window, Role::Button, "Load");
+    click(&mut window, Role::Button, "Type a path…");
+    type_into(&mut window, PathFor::Open.title(), files.three()[0].to_str().unwrap());
+    click(&mut window, Role::Button, "Open");
     assert_eq!(names(&window), ["a"]);
 }
 
@@ -591,7 +567,7 @@ fn a_path_is_typed_where_there_is_no_dialog() {
     let mut window = window(files.three());
     let content = loopscope::engine::FileContent::Bytes(std::sync::Arc::from(*b"picture"));
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::TypePathFor(content));
+    shell.send(Command::TypePath(PathFor::Save(content)));
     settle(&mut window);
     let path = files.path("p.png");
     type_into(&mut window, "Save as", path.to_str().unwrap());

@@ -45,7 +45,7 @@ impl Engine {
             Action::FindBest(candidates, time_limit) => self.find_best(candidates, time_limit),
             Action::StopTrying => self.lane::<TryModels>().cancel(),
             Action::KeepModel => self.keep_model(),
-            Action::Model(id, change) => self.models.change(id, change),
+            Action::RemoveModel(id) => self.models.remove(id),
             Action::BringBack(id) => self.bring_back(id),
             Action::Follow(path) => {
                 self.following.cancel();

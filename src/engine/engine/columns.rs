@@ -83,10 +83,6 @@ impl Engine {
             ImportCommand::SetLayout(text) => self.inspect(|importing| importing.take_layout(text)),
             ImportCommand::SetMap(map) => self.inspect(|importing| importing.try_map(*map)),
             ImportCommand::Begin => self.inspect(|importing| importing.look(Known::Nothing)),
-            ImportCommand::TakeMap(at) => {
-                let map = self.preferences.maps.get(at).cloned();
-                map.into_iter().for_each(|map| self.take_map(map));
-            }
             ImportCommand::ReadMap(path) => self.tasks.start(Task::read_map(path)),
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {

@@ -20,4 +20,4 @@ pub(crate) use header::{Header, KeyError};
 pub use role::ColumnRole;
 pub(crate) use role::{Attitude, PosePart};
 pub use table::{ColumnKey, ColumnRule, Rest, Shape, Stamps, TableMap};
-pub(crate) use weight::{Angles, Mount, WeightMap};
+pub(crate) use weight::{Angles, WeightMap};

@@ -55,9 +55,6 @@ pub struct RecordingResult {
     pub conventional_rmse: Option<Vec<f64>>,
     /// RMSE of the compensated load for each axis (N or N·m); `None` without a reference load.
     pub compensated_rmse: Option<Vec<f64>>,
-    /// Share of samples for which the first look-back (earlier gauge values) found an earlier sample; `None` without a
-    /// look-back.
-    pub share_with_past: Option<f64>,
 }
 
 /// Fits or applies a calibration as requested, and computes its errors and traces.
@@ -148,7 +145,7 @@ impl Analyst {
             data.fit(request.settings.ridge, &past, &mut calibration, progress)?.errors
         };
         progress.check()?;
-        let recordings = results(data, &past, errors);
+        let recordings = results(data, errors);
         let traces = self.traces(data, request.view, &calibration, &Arc::new(past), progress)?;
         let fitted = request.calibration.is_none() || request.trained;
         Ok(self.analysis(data, calibration, fitted, recordings, traces))
@@ -275,7 +272,7 @@ fn fit_of_thinned(
     let progress = progress.part();
     let past = thinned.past(&calibration, &progress).ok()?;
     let fit = thinned.fit(request.settings.ridge, &past, &mut calibration, &progress);
-    let mut recordings = results(thinned, &past, fit.ok()?.errors);
+    let mut recordings = results(thinned, fit.ok()?.errors);
     for (result, entry) in recordings.iter_mut().zip(entries) {
         result.n_samples = entry.recording.n_samples();
     }
@@ -286,9 +283,9 @@ fn n_samples(entries: &[Entry]) -> usize {
     entries.iter().map(|entry| entry.recording.n_samples()).sum()
 }
 
-fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<RecordingResult> {
-    let entries = data.entries.iter().zip(past).zip(errors).enumerate();
-    let results = entries.map(|(at, ((entry, past), errors))| {
+fn results(data: &Dataset, errors: Vec<Option<Errors>>) -> Vec<RecordingResult> {
+    let entries = data.entries.iter().zip(errors).enumerate();
+    let results = entries.map(|(at, (entry, errors))| {
         let n_samples = entry.recording.n_samples();
         let (conventional_rmse, compensated_rmse) = errors.unzip();
         RecordingResult {
@@ -296,10 +293,6 @@ fn results(data: &Dataset, past: &[Past], errors: Vec<Option<Errors>>) -> Vec<Re
             group: data.groups.name_of(at).map(str::to_owned),
             conventional_rmse,
             compensated_rmse,
-            share_with_past: past.first().map(|past| {
-                let with_past = (0..).zip(past).filter(|(k, past)| k != *past).count();
-                with_past as f64 / n_samples as f64
-            }),
         }
     });
     results.collect()
@@ -397,7 +390,6 @@ mod tests {
             let (_, _, made) = of_many(&request);
             assert_eq!(made.calibration, kept.calibration);
             assert_eq!(made.recordings, kept.recordings);
-            assert_eq!(made.traces.without_past, kept.traces.without_past);
             for (made, kept) in made.traces.axes.iter().zip(&kept.traces.axes) {
                 assert_eq!(values(&made.conventional), values(&kept.conventional));
                 assert_eq!(values(&made.compensated), values(&kept.compensated));

@@ -88,8 +88,6 @@ pub struct TraceSet {
     past: Arc<Vec<Past>>,
     /// Decimation of the samples in `past`: 1, or more in a preview.
     each: usize,
-    /// Intervals of samples for which the look-back finds no earlier sample, if there is a look-back.
-    pub without_past: Arc<[Range<usize>]>,
     pub axes: Vec<AxisTraces>,
     /// Thresholds of the look-back, by which the earlier samples were chosen; `None` without a look-back.
     pub thresholds: Option<Thresholds>,
@@ -428,10 +426,6 @@ impl FixedTraces {
             segments: Arc::clone(&self.segments),
             times: Arc::clone(&self.times),
             is_static: self.is_static,
-            without_past: match thresholds {
-                Some(_) => intervals_without_past(past, each, &self.segments),
-                None => Arc::new([]),
-            },
             past: Arc::clone(past),
             each,
             axes: axes.collect(),
@@ -504,21 +498,4 @@ fn end_to_end(shown: Range<usize>, entries: &[Entry]) -> (Vec<Segment>, Arc<Vec<
         });
     }
     (segments, times)
-}
-
-/// Returns the intervals of samples for which the look-back found no earlier sample; no interval crosses two recordings.
-fn intervals_without_past(past: &[Past], each: usize, segments: &[Segment]) -> Arc<[Range<usize>]> {
-    let mut intervals: Vec<Range<usize>> = Vec::new();
-    for segment in segments {
-        let over = |at: usize| (segment.samples.start + at * each).min(segment.samples.end);
-        let earlier = &past[segment.recording][0];
-        let mut from = 0;
-        let is_own = |at: &usize| earlier[*at] as usize == *at;
-        while let Some(start) = (from..earlier.len()).find(is_own) {
-            let end = (start..earlier.len()).find(|at| !is_own(at)).unwrap_or(earlier.len());
-            intervals.push(over(start)..over(end));
-            from = end;
-        }
-    }
-    intervals.into()
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use egui::{ComboBox, DragValue, Key, Modifiers, TextEdit, Ui, WidgetInfo};
+use egui::{ComboBox, DragValue, Key, Modifiers, Role, TextEdit, Ui};
 use egui_extras::{Column, TableBuilder};
 
 use super::Open;
@@ -16,13 +16,17 @@ use crate::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
-    ui::{choice::named_choice, controls::Controls as _, numbers::significant},
+    ui::{
+        choice::named_choice,
+        controls::{Controls as _, named},
+        numbers::significant,
+    },
 };
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
 const SCALE: &str =
     "Factor by which the values of the column are multiplied; -1 changes their sign";
-const SELECT: &str = "Name of the column in the header of the file. Click a row to select it; Ctrl and a click adds a row, Shift and a click adds all rows up to it. A role that is chosen for a selected row applies to all selected rows";
+const SELECT: &str = "Name of the column in the header of the file. A click selects a row, with Ctrl or Shift further rows; a role chosen for one of them applies to all";
 const MISSING: &str = "A number in the column that stands for a missing value";
 
 /// Height of the list of roles (points). The most frequent roles are visible without scrolling.
@@ -265,9 +269,8 @@ fn column_row(
             ui.reset_style(); // fields, not menu items
             more(ui, column, used, rule);
         });
-        button.on_hover_text("Scale factor, missing value and first values").widget_info(|| {
-            WidgetInfo::labeled(egui::Role::Button, true, format!("more about {column}"))
-        });
+        let button = button.on_hover_text("Scale factor and missing value");
+        named(&button, Role::Button, &format!("more about {column}"));
     });
     row.col(|ui| {
         let range = match (report.min, report.max) {
@@ -285,10 +288,8 @@ fn more(ui: &mut Ui, column: &str, used: bool, rule: &mut ColumnRule) {
     ui.horizontal(|ui| {
         ui.label("Scale factor").on_hover_text(SCALE);
         let scale = DragValue::new(&mut rule.scale).speed(0.01).max_decimals(9);
-        ui.add_enabled(used, scale).on_hover_text(SCALE).widget_info(|| {
-            let name = format!("scale factor of {column}");
-            WidgetInfo::labeled(egui::Role::SpinButton, true, name)
-        });
+        let scale = ui.add_enabled(used, scale).on_hover_text(SCALE);
+        named(&scale, Role::SpinButton, &format!("scale factor of {column}"));
     });
     ui.horizontal(|ui| {
         ui.label("Missing value").on_hover_text(MISSING);
@@ -333,7 +334,7 @@ fn text_cell(
     let mut written = text.clone().unwrap_or_default();
     let field = TextEdit::singleline(&mut written).hint_text(hint).desired_width(f32::INFINITY);
     let response = ui.add_enabled(used, field).on_hover_text(explanation);
-    response.widget_info(|| WidgetInfo::labeled(egui::Role::TextInput, used, name));
+    named(&response, Role::TextInput, name);
     if response.changed() {
         *text = (!written.trim().is_empty()).then_some(written);
     }

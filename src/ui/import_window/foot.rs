@@ -92,8 +92,7 @@ fn allows(importing: &Importing, inspection: &Inspection) -> String {
     };
     match importing.questions.iter().filter(is_open).count() {
         0 => next.to_owned(),
-        1 => format!("{next} One question is open; the file can be loaded without an answer."),
-        n => format!("{next} {n} questions are open; the file can be loaded without an answer."),
+        n => format!("{next} Open: {}; the file can be loaded without.", counted(n, "question")),
     }
 }
 

@@ -17,7 +17,7 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
     if ui.tick(
         &mut own_file,
         "The reference load is in a separate file",
-        "For two loggers, one for the gauges and one for the reference, with two clocks. Gauges and reference are joined by their times",
+        "For two loggers with two clocks; gauges and reference are joined by their times",
     ) {
         map.reference =
             own_file.then(|| ReferenceFile { file: String::new(), table: TableMap::default() });
@@ -27,7 +27,7 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
             let field = TextEdit::singleline(&mut reference.file)
                 .hint_text("states.csv")
                 .desired_width(260.0);
-            ui.explained_field(
+            ui.field(
                 "File",
                 field,
                 "Path of the reference file, relative to the folder of the gauge file; {stem} stands for the name of the gauge file without its ending",
@@ -74,7 +74,7 @@ pub fn reference(ui: &mut egui::Ui, inspection: &Inspection, map: &mut ColumnMap
     if let Some(offset) = inspection.check.clock_offset {
         ui.horizontal_wrapped(|ui| {
             ui.label(format!(
-                "The reference fits the gauges best if its times are shifted by {} s. Gauges that respond slowly look the same as a clock offset, so apply this shift only if the clocks differ.",
+                "The reference fits the gauges best if its times are shifted by {} s. Gauges that respond slowly look the same, so apply it only if the clocks differ.",
                 significant(offset.offset_secs, 4)
             ));
             if ui.press("Apply", "Adds this shift to the times of the reference") {

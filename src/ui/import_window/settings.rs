@@ -62,7 +62,7 @@ pub fn parts(ui: &mut Ui, parts: &[FilePart], text: &mut TextLayout) {
             let mut is_used = part.is_used;
 
             let explanation = format!(
-                "{}. Ticked tables are read. A table of gauges and a table of the reference are joined by their times; tables with the same columns are read one after the other",
+                "{}. Ticked tables are read: joined by their times, or one after the other if they have the same columns",
                 part.what
             );
             if ui.tick(&mut is_used, &part.name, explanation) {
@@ -88,7 +88,7 @@ pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
         };
         labelled_choice(ui, ("times", 150.0), &mut map.table.stamps, Stamps::ALL.map(|(stamps, ..)| stamps), described)
             .on_hover_text("What is done with rows whose times are out of order or equal");
-        let about = "Replaces each burst of gauge samples by its mean. Samples that are no further apart than this time belong to one burst";
+        let about = "Replaces each burst of samples, no further apart than this time, by its mean";
         let bursts = ["average bursts within", " s", about];
         optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
         let about = "A pause between two samples that is longer than this starts a new recording. Without a tick, the limit follows from the time steps in the file";

@@ -1,11 +1,11 @@
 //! Controls of a reference load that is computed from the sensor's pose and a known weight.
 
-use egui::{TextEdit, Ui};
+use egui::Ui;
 
 use super::settings::number;
 use crate::{
     engine::ImportCommand,
-    import::map::{Angles, Attitude, ColumnMap, Mount, WeightMap},
+    import::map::{Angles, Attitude, ColumnMap, WeightMap},
     ui::{command::Out, controls::Controls as _},
 };
 
@@ -60,53 +60,9 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
         number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
-            "Estimates mass and centre of mass of the weight by least squares from the pose and a measured load. The mass needs Fx, Fy and Fz; the centre of mass also needs Mx, My and Mz",
+            "Estimates the mass from the pose and measured forces, and the centre of mass if moments are measured too",
         ) {
             out.send(ImportCommand::FindWeight);
         }
-        if ui.press(
-            "Add a weight",
-            "Adds a weight, for recordings with several weights or mounting places. The column \"mount\", or a part of the file name, tells which weight belongs to a sample",
-        ) {
-            weight.mounts.push(Mount {
-                name: format!("mount{}", weight.mounts.len() + 1),
-                mass_kg: weight.mass_kg,
-                centre_m: weight.centre_m,
-            });
-        }
     });
-    let mut nth = 0;
-    weight.mounts.retain_mut(|edited| {
-        nth += 1;
-        ui.push_id(nth, |ui| mount(ui, nth, edited)).inner
-    });
-}
-
-/// Draws the name, mass and centre of mass of one of several weights. Returns false if the user removed this weight.
-fn mount(ui: &mut Ui, nth: usize, mount: &mut Mount) -> bool {
-    let row = ui.horizontal_wrapped(|ui| {
-        let name = TextEdit::singleline(&mut mount.name).desired_width(110.0);
-        ui.field(
-            format!("Weight {nth}"),
-            name,
-            "Name of this weight in the column \"mount\", or in the file name",
-        );
-        let mass = [("mass", " kg", mount.mass_kg.get_or_insert(1.0))];
-        let centre = mount.centre_m.get_or_insert([0.0; 3]);
-        let centre = ["x", "y", "z"].into_iter().zip(centre);
-        let centre = centre.map(|(axis, value)| (axis, " m", value));
-        for (what, suffix, value) in mass.into_iter().chain(centre) {
-            number(
-                ui,
-                [
-                    what,
-                    suffix,
-                    "Mass of this weight, and its centre of mass in the frame of the sensor",
-                ],
-                value,
-            );
-        }
-        !ui.press_small("×", "Removes this weight")
-    });
-    row.inner
 }

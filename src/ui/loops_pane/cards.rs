@@ -10,7 +10,7 @@ use crate::{
         metrology::Quantity,
     },
     report::Trace,
-    ui::{metrology_pane, numbers::significant},
+    ui::{command::Pane, numbers::significant},
 };
 
 pub const HEIGHT: f32 = 64.0;
@@ -113,7 +113,7 @@ fn width(ui: &Ui, view: &LoopView<'_>, measure: usize, title: &'static str) -> C
 /// Returns the card of the nonlinearity, which the table of metrology figures holds.
 fn nonlinearity(ui: &Ui, engine: &Engine, view: &LoopView<'_>) -> Card {
     let axis = view.plot.question.axis;
-    let table = match engine.lane_of::<LookAt>(metrology_pane::PANE.key).answer() {
+    let table = match engine.lane_of::<LookAt>(Pane::METROLOGY.key).answer() {
         Some(Look::Table(table)) => Some(table),
         _ => None,
     };

@@ -7,7 +7,7 @@ use crate::{
     engine::Engine,
     questions::loops::{DwellCurve, DwellPlot, Inks, drifts},
     report::{
-        Table, Trace,
+        Trace,
         figure::{Figure, Line, Scale},
     },
     shown::counted,
@@ -52,19 +52,7 @@ fn list(ui: &mut Ui, pane: &mut LoopsPane, picture: &DwellPlot) {
         Some(level) => format!("{} {}", significant(level, 3), axis.unit()),
         None => "–".to_owned(),
     };
-    ui.horizontal(|ui| {
-        ui.label(counted(n, "dwell"));
-        ui.copies("list", || {
-            let place = |at: &usize| &picture.dwells[*at].place;
-            Table::of(0..n)
-                .words("recording", |at| &place(at).name)
-                .digits("from [s]", 5, |at| Some(place(at).from_secs))
-                .digits("to [s]", 5, |at| Some(place(at).to_secs))
-                .words("level", |at| level(*at))
-                .table("", "")
-                .tab_separated()
-        });
-    });
+    ui.label(counted(n, "dwell"));
     egui::ScrollArea::vertical()
         .id_salt("dwells")
         .max_height(LIST_HEIGHT)

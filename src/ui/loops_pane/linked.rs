@@ -13,9 +13,8 @@ use crate::{
     recording::Recording,
     report::Trace,
     scoring::Series,
-    shown::counted,
     ui::{
-        numbers::{elided, significant},
+        controls::named,
         palette,
         plots::{Drawn, VALUE_AXIS_WIDTH},
         small_plot::{range, small_plot},
@@ -29,8 +28,6 @@ const NEAR: f32 = 12.0;
 const MAX_SAMPLES: usize = 200_000;
 /// Height of the load over time below the loop (points).
 pub const STRIP_HEIGHT: f32 = 84.0;
-/// Maximum number of characters of a recording's name in the tooltip.
-const NAME_LENGTH: usize = 44;
 
 /// Samples that both the loop plot and the traces show.
 pub struct Shared<'a> {
@@ -49,14 +46,6 @@ struct Part<'a> {
     calculated: &'a Series,
     recording: &'a Recording,
     decimation: usize,
-}
-
-/// Load cycle that contains the sample under the pointer.
-struct Found {
-    number: usize,
-    n_within: usize,
-    /// Indices of the cycle's samples among the samples of the traces.
-    samples: Range<usize>,
 }
 
 impl<'a> Shared<'a> {
@@ -117,13 +106,8 @@ impl<'a> Shared<'a> {
         Some([part.calculated.value(k), up])
     }
 
-    /// Returns the sample that is drawn nearest to the pointer: its index in the traces, and the load whose curve is nearest.
-    fn nearest(
-        &self,
-        drawn: &Drawn,
-        shown: &[Option<Trace>],
-        pointer: Pos2,
-    ) -> Option<(usize, Option<Trace>)> {
+    /// Returns the sample that is drawn nearest to the pointer: its index in the traces.
+    fn nearest(&self, drawn: &Drawn, shown: &[Option<Trace>], pointer: Pos2) -> Option<usize> {
         let n_samples: usize = self.parts.iter().map(|part| part.samples.len()).sum();
         let stride = n_samples.div_ceil(MAX_SAMPLES).max(1);
         let all = self.parts.iter().flat_map(|part| {
@@ -131,35 +115,23 @@ impl<'a> Shared<'a> {
                 let samples = part.samples.clone().step_by(stride);
                 samples.filter_map(move |k| {
                     let at = drawn.place(self.point(part, *output, k)?);
-                    Some((at.distance_sq(pointer), k, *output))
+                    Some((at.distance_sq(pointer), k))
                 })
             })
         });
-        let found = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (found.0 <= NEAR * NEAR).then_some((found.1, found.2))
+        let (distance, k) = all.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (distance <= NEAR * NEAR).then_some(k)
     }
 
-    /// Returns the innermost load cycle that contains sample `k`; small cycles may lie inside larger cycles.
-    fn cycle_at(&self, k: usize) -> Option<Found> {
+    /// Returns the samples of the innermost load cycle that contains sample `k`; small cycles may lie inside larger cycles.
+    fn cycle_at(&self, k: usize) -> Option<Range<usize>> {
         let segment = self.part_of(k)?.segment;
         let first = segment.samples.start;
-        let cycles = self.plot.cycles.iter().enumerate();
-        let around = cycles.filter(|(_, cycle)| {
+        let around = self.plot.cycles.iter().filter(|cycle| {
             cycle.recording == segment.recording && cycle.samples.contains(&(k - first))
         });
-        let (at, loops::Part { samples, .. }) =
-            around.min_by_key(|(_, cycle)| cycle.samples.len())?;
-        let is_within = |other: &&loops::Part| {
-            other.recording == segment.recording
-                && (samples.start..=samples.end).contains(&other.samples.start)
-                && other.samples.end <= samples.end
-        };
-        Some(Found {
-            number: at + 1,
-            // One is subtracted, because the cycle itself is among the counted ones.
-            n_within: self.plot.cycles.iter().filter(is_within).count() - 1,
-            samples: first + samples.start..first + samples.end,
-        })
+        let samples = &around.min_by_key(|cycle| cycle.samples.len())?.samples;
+        Some(first + samples.start..first + samples.end)
     }
 }
 
@@ -178,11 +150,9 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
     let lines: Vec<_> = lines.collect();
     small_plot(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
     let missing = shared.missing();
-    response.widget_info(|| {
-        let name = format!("{} over time", axis.axis.label());
-        let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));
-        egui::WidgetInfo::labeled(egui::Role::Button, true, name)
-    });
+    let name = format!("{} over time", axis.axis.label());
+    let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));
+    named(&response, egui::Role::Button, &name);
     if let Some(missing) = &missing {
         let (at, font) =
             (place.left_top() + egui::vec2(4.0, 2.0), egui::FontId::proportional(12.0));
@@ -197,7 +167,7 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
         let share = ((at.x - place.left()) / place.width()).clamp(0.0, 1.0);
         ((share * n as f32) as usize).min(n.saturating_sub(1))
     });
-    let cycle = sample.and_then(|k| shared.cycle_at(k)).map(|found| found.samples);
+    let cycle = sample.and_then(|k| shared.cycle_at(k));
     let visible = time.visible_time().map(|(from, to)| {
         times.partition_point(|time| *time < from)..times.partition_point(|time| *time <= to)
     });
@@ -220,8 +190,7 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
     sample
 }
 
-/// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. Shows a tooltip if the
-/// pointer is in the loops. After a click, returns the samples of the load cycle that contains the sample.
+/// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. After a click, returns the samples of the load cycle that contains the sample.
 pub fn link(
     ui: &Ui,
     drawn: &Drawn,
@@ -233,7 +202,7 @@ pub fn link(
     let shown: Vec<_> = view.shown.iter().map(|curve| curve.output).collect();
     let pointer = drawn.response.hover_pos();
     let near = pointer.and_then(|pointer| shared.nearest(drawn, &shown, pointer));
-    let marked = near.map(|(k, _)| k).or(in_strip).or(time.looked_at(ui.ctx()));
+    let marked = near.or(in_strip).or(time.looked_at(ui.ctx()));
     if let Some((part, k)) = marked.and_then(|k| Some((shared.part_of(k)?, k))) {
         let painter = drawn.painter(ui);
         for output in &shown {
@@ -244,13 +213,16 @@ pub fn link(
             }
         }
     }
-    let (k, output) = near?;
+    let k = near?;
     time.point_at(k, ui.ctx());
     let cycle = shared.cycle_at(k);
-    if !drawn.response.context_menu_opened() {
-        tell(ui, drawn, view, shared, (output, k), cycle.as_ref());
+    if cycle.is_some() && !drawn.response.context_menu_opened() {
+        let (layer, id) = (ui.layer_id(), drawn.response.id.with("cycle"));
+        let pointer = egui::PopupAnchor::Pointer;
+        let hint = egui::Tooltip::always_open(ui.ctx().clone(), layer, id, pointer).gap(18.0);
+        hint.show(|ui| ui.label("Load cycle: click to show only this cycle"));
     }
-    cycle.filter(|_| drawn.response.clicked()).map(|found| found.samples)
+    cycle.filter(|_| drawn.response.clicked())
 }
 
 fn color(output: Option<Trace>, visuals: &egui::Visuals) -> egui::Color32 {
@@ -258,50 +230,4 @@ fn color(output: Option<Trace>, visuals: &egui::Visuals) -> egui::Color32 {
         Some(output) => output.color(visuals),
         None => palette::look_back(visuals),
     }
-}
-
-fn tell(
-    ui: &Ui,
-    drawn: &Drawn,
-    view: &LoopView<'_>,
-    shared: &Shared<'_>,
-    (output, k): (Option<Trace>, usize),
-    cycle: Option<&Found>,
-) {
-    let Some((part, [load, up])) =
-        shared.part_of(k).and_then(|part| Some((part, shared.point(part, output, k)?)))
-    else {
-        return;
-    };
-    egui::Tooltip::always_open(
-        ui.ctx().clone(),
-        ui.layer_id(),
-        drawn.response.id.with("sample"),
-        egui::PopupAnchor::Pointer,
-    )
-    .gap(18.0)
-    .show(|ui| {
-        let (symbol, unit) = (shared.axis.axis.symbol(), shared.axis.axis.unit());
-        let label = output.map_or(view.gauge.0, |output| output.label());
-        ui.colored_label(color(output, ui.visuals()), label);
-        ui.weak(elided(&part.segment.name, NAME_LENGTH));
-        ui.label(format!("at {} s", significant(shared.traces.times[k], 6)));
-        if let Some(Found { number, n_within, .. }) = cycle {
-            let within = match n_within {
-                0 => String::new(),
-                n => format!(" with {} inside", counted(*n, "smaller cycle")),
-            };
-            let n_cycles = shared.plot.cycles.len();
-            ui.label(format!(
-                "cycle {number} of {n_cycles}{within}; click to show only this cycle"
-            ));
-        }
-        ui.label(format!("{symbol} Reference {} {unit}", significant(load, 4)));
-        let what = match shared.plot.question.up {
-            Up::Error => format!("{symbol} error"),
-            Up::Load => format!("{symbol} {label}"),
-            Up::Gauge(_) => label.to_owned(),
-        };
-        ui.label(format!("{what} {} {}", significant(up, 4), view.unit()));
-    });
 }

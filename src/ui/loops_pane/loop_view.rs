@@ -89,7 +89,7 @@ fn details(
             (
                 FiguresOf::Mean,
                 "Mean loop",
-                "Shows the mean of the cycles that cover at least 80 % of the range of the largest cycle. Needs at least three cycles that cover more than half of the range of all loads",
+                "Mean of the cycles that cover at least 80 % of the range of the largest cycle",
             ),
             (
                 FiguresOf::Largest,
@@ -131,7 +131,7 @@ fn lag(ui: &mut Ui, pane: &mut LoopsPane, picture: &LoopPlot) {
     };
     let switch = egui::Checkbox::new(&mut pane.lag_removed, "Lag removed");
     ui.add_enabled(picture.lag.is_removable() || picture.question.lag_removed, switch).on_hover_text(
-        "Delays the reference load by the delay or low-pass of the gauges, and fits the gains of the uncompensated and the compensated load again. The remaining width of the loops is hysteresis, without the effect of an amplifier's filter. Each of the two loads has its own lag",
+        "Delays the reference load by the delay or low-pass of the gauges. The width that remains is hysteresis, without the effect of an amplifier's filter",
     );
 }
 
@@ -173,7 +173,7 @@ fn counts(ui: &mut Ui, view: &LoopView<'_>) {
         counted(picture.parts.len(), "recording"),
     );
     ui.weak(words).on_hover_text(format!(
-            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches; falling branches are paler. If there are too many lines, their density is drawn. Rising branches have the colour of the load; falling branches have a colour closer to the colour of text. Thick lines: the loop that the figures describe; its falling branch is dashed",
+            "Reversal threshold {} {unit}; full scale {} {unit}. Thin lines: all branches, falling ones paler. Thick lines: the loop that the figures describe, its falling branch dashed",
             significant(picture.reversal_threshold, 3),
             significant(picture.full_scale, 4),
         ));

@@ -2,19 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use egui::{Button, Key, Modifiers, Rect, RichText, ScrollArea, Ui, Vec2};
+use egui::{Button, Key, Modifiers, Rect, ScrollArea, Ui, Vec2};
 
 use super::View;
-use super::row::{group_of, name_menu, rmse_label, role_menu, shown_name};
+use super::row::{group_of, name_menu, role_menu, shown_name};
 use crate::{
     engine::{Action, Edit, Engine},
-    questions::{self, RecordingResult},
+    questions,
     recording::{Axis, Role},
     scoring::metrics::Group,
     shown::counted,
     ui::{
         command::Out,
-        controls::{Controls as _, place, place_right},
+        controls::{Controls as _, cells, place, place_right},
         numbers::significant,
         palette::Trace,
     },
@@ -116,41 +116,25 @@ struct Shown<'a> {
     engine: &'a Engine,
     axes: &'a [Axis],
     of: Group,
-    has_errors: bool,
 }
 
-/// Places of the parts of a row.
-struct Places {
-    name: Rect,
-    role: Rect,
-    errors: [Rect; 2],
-}
-
-impl Places {
-    fn of(row: Rect, has_errors: bool) -> Self {
-        let width = if has_errors { ERROR_WIDTH } else { 0.0 };
-        let errors = [2.0, 1.0].map(|n| {
-            let right = row.right() - (n - 1.0) * width;
-            row.with_min_x(right - width).with_max_x(right - 4.0)
-        });
-        let end = row.right() - 2.0 * width;
-        let role = row.with_min_x(end - ROLE_WIDTH).with_max_x(end);
-        Self { name: row.with_max_x(role.left() - 4.0), role, errors }
-    }
+/// Returns the places of the name, the role and both errors in a row.
+fn places(row: Rect) -> [Rect; 4] {
+    let error = if row.width() > MIN_WIDTH_FOR_ERRORS { ERROR_WIDTH } else { 0.0 };
+    cells(row, 4.0, [f32::INFINITY, ROLE_WIDTH, error, error])
 }
 
 pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     let axes = engine.project().axes();
     let of = if axes.iter().any(|axis| axis.is_force()) { Group::Force } else { Group::Moment };
-    let has_errors = ui.available_width() > MIN_WIDTH_FOR_ERRORS;
-    let shown = Shown { engine, axes, of, has_errors };
+    let shown = Shown { engine, axes, of };
     let list = &mut fields.list;
     list.selected.retain(|at| *at < engine.entries().len());
     ui.horizontal(|ui| {
         let width = (ui.available_width() - 250.0).max(60.0);
         let filter = egui::TextEdit::singleline(&mut list.filter).desired_width(width);
         ui.field("Filter", filter, "Shows the recordings whose name or group contains this text");
-        let keys = "A press shows a recording; with Ctrl or Shift it selects further ones. Keys for the selected recordings: T train, E test, O off, Delete closes them. A right click or Shift+F10 opens a menu to tare the recording and to set its group";
+        let keys = "A press shows a recording; with Ctrl or Shift it selects further ones. Keys: T train, E test, O off, Delete closes them. A right click or Shift+F10 opens a menu";
         let words = match list.selected.len() {
             0 | 1 => counted(engine.entries().len(), "recording"),
             n => format!("{n} selected"),
@@ -164,15 +148,14 @@ pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
     area.show_rows(ui, ROW_HEIGHT, rows.len(), |ui, visible| {
         for row in rows.iter().take(visible.end).skip(visible.start) {
             let (_, rect) = ui.allocate_space(Vec2::new(ui.available_width(), ROW_HEIGHT));
-            let places = Places::of(rect, has_errors);
+            let places @ [name_place, role_place, ..] = places(rect);
             match row {
                 Row::Group { name, members, is_open } => {
-                    group_row(ui, &shown, list, (name, members, *is_open), &places, out);
+                    group_row(ui, &shown, list, (name, members, *is_open), places, out);
                 }
                 Row::One { at, is_in_group } => {
-                    let name = places.name;
                     let indent = if *is_in_group { MARK_WIDTH } else { 0.0 };
-                    let name_place = name.with_min_x(name.left() + indent);
+                    let name_place = name_place.with_min_x(name_place.left() + indent);
                     if list.selected.contains(at) {
                         let color = ui.visuals().selection.bg_fill;
                         ui.painter().rect_filled(rect, 2.0, color.gamma_multiply(0.5));
@@ -191,12 +174,8 @@ pub fn list(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut Out) {
                     }
                     name_menu(&response, engine, *at, &mut fields.group, out);
                     let entry = &engine.entries()[*at];
-                    place(ui, places.role, |ui| role_menu(ui, &[*at], &[entry], out));
-                    let result = engine.result_of(*at);
-                    errors(ui, &shown, &places, |ui, output| {
-                        let rmse = result.and_then(|result| rmse_of(result, output));
-                        rmse_label(ui, of, axes, rmse, result);
-                    });
+                    place(ui, role_place, |ui| role_menu(ui, &[*at], &[entry], out));
+                    errors(ui, &shown, places, &[*at]);
                 }
             }
         }
@@ -212,11 +191,11 @@ fn group_row(
     shown: &Shown<'_>,
     list: &mut List,
     (name, members, is_open): (&str, &[usize], bool),
-    places: &Places,
+    places: [Rect; 4],
     out: &mut Out,
 ) {
     let mark = if is_open { "▾" } else { "▸" };
-    let press = place(ui, places.name, |ui| {
+    let press = place(ui, places[0], |ui| {
         let text = format!("{mark} {name} ({})", members.len());
         ui.add(Button::new(text).frame(false).truncate())
     });
@@ -226,51 +205,46 @@ fn group_row(
     }
     let entries = shown.engine.entries();
     let group: Vec<_> = members.iter().map(|at| &entries[*at]).collect();
-    place(ui, places.role, |ui| role_menu(ui, members, &group, out));
-    errors(ui, shown, places, |ui, output| {
+    place(ui, places[1], |ui| role_menu(ui, members, &group, out));
+    errors(ui, shown, places, members);
+}
+
+/// Draws the pooled errors of these recordings: those of the uncompensated and those of the compensated load.
+fn errors(ui: &mut Ui, shown: &Shown<'_>, places: [Rect; 4], members: &[usize]) {
+    for (output, rect) in places[2..].iter().enumerate().filter(|(_, rect)| rect.is_positive()) {
         let results = members.iter().filter_map(|at| shown.engine.result_of(*at));
         let known = results.filter_map(|result| {
-            let rmse = shown.of.rmse(shown.axes, rmse_of(result, output)?)?;
+            let rmse = [&result.conventional_rmse, &result.compensated_rmse][output];
+            let rmse = shown.of.rmse(shown.axes, rmse.as_deref()?)?;
             Some((result.n_samples as f64, rmse))
         });
         let (n, squares) =
             known.fold((0.0, 0.0), |(n, sum), (of, rmse)| (n + of, sum + of * rmse * rmse));
-        if n > 0.0 {
-            ui.label(significant((squares / n).sqrt(), 3));
-        } else {
-            ui.weak("–");
-        }
-    });
-}
-
-/// Returns the errors of the uncompensated (0) or of the compensated load (1).
-fn rmse_of(result: &RecordingResult, output: usize) -> Option<&[f64]> {
-    [&result.conventional_rmse, &result.compensated_rmse][output].as_deref()
-}
-
-fn errors(ui: &mut Ui, shown: &Shown<'_>, places: &Places, mut draw: impl FnMut(&mut Ui, usize)) {
-    for (output, rect) in places.errors.into_iter().enumerate().filter(|_| shown.has_errors) {
-        place_right(ui, rect, |ui| draw(ui, output));
+        place_right(ui, *rect, |ui| match n {
+            0.0 => ui.weak("–"),
+            n => ui.label(significant((squares / n).sqrt(), 3)),
+        });
     }
 }
 
 fn header(ui: &mut Ui, shown: &Shown<'_>) {
     let (_, rect) = ui.allocate_space(Vec2::new(ui.available_width(), 18.0));
-    let places = Places::of(rect, shown.has_errors);
+    let [name, role, errors @ ..] = places(rect);
     let unit = shown.axes.first().map_or("", |axis| axis.unit());
     let what = match shown.of {
         Group::Force => "forces",
         Group::Moment => "moments",
     };
-    let weak = |text: String| RichText::new(text).weak();
-    place(ui, places.name, |ui| ui.label(weak(format!("Name; RMSE of the {what} [{unit}]"))));
-    place(ui, places.role, |ui| ui.label(weak("Role".to_owned())));
+    place(ui, name, |ui| ui.weak(format!("Name; RMSE of the {what} [{unit}]")));
+    place(ui, role, |ui| ui.weak("Role"));
     let traces = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
-    errors(ui, shown, &places, |ui, output| {
-        let (trace, head) = traces[output];
-        let label = ui.colored_label(trace.color(ui.visuals()), head);
-        label.on_hover_text(format!("{}: RMSE of the {what} [{unit}]", trace.explanation()));
-    });
+    for ((trace, head), rect) in traces.into_iter().zip(errors) {
+        if rect.is_positive() {
+            let about = format!("{}: RMSE of the {what} [{unit}]", trace.explanation());
+            place_right(ui, rect, |ui| ui.colored_label(trace.color(ui.visuals()), head))
+                .on_hover_text(about);
+        }
+    }
 }
 
 /// Sets the role of the selected recordings, or closes them.

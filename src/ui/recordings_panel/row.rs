@@ -5,18 +5,20 @@ use egui::{Response, Ui};
 use super::Typed;
 use crate::{
     engine::{Action, Edit, Engine},
-    questions::{self, RecordingResult},
-    recording::{Axis, Channel, Entry, GroupPattern, Role, Source, Tare},
-    scoring::metrics::Group,
+    questions,
+    recording::{Axis, Channel, Entry, GroupPattern, Role, Tare},
     shown::printable,
     ui::{
         channels_pane,
-        command::{Command, Out},
+        command::{Command, Out, Pane},
         context_menu::context_menu,
-        controls::Controls as _,
+        controls::{Controls as _, named_selected},
         numbers::{elided, significant},
     },
 };
+
+/// Mean width of a letter (points).
+const LETTER_WIDTH: f32 = 6.5;
 
 /// Returns the group of a recording that the user set, or else the detected group.
 pub fn group_of(engine: &Engine, at: usize) -> Option<&str> {
@@ -30,7 +32,7 @@ fn group_menu(ui: &mut Ui, engine: &Engine, at: usize, typed: &mut Typed, out: &
     let text = text_of(typed, at, || group_of(engine, at).unwrap_or_default().to_owned());
     let field = egui::TextEdit::singleline(text).hint_text("empty: group as detected");
     let field =
-        ui.labelled("Group: recordings with the same load programme, day or mounting", field);
+        ui.field("Group", field, "Recordings with the same load programme, day or mounting");
     let text = text.trim().to_owned();
     let entered = ui.entered(&field).then_some((!text.is_empty()).then_some(text));
     let cleared = ui.button("Group as detected").clicked().then_some(None);
@@ -105,20 +107,16 @@ pub fn role_menu(ui: &mut Ui, at: &[usize], entries: &[&Entry], out: &mut Out) {
 pub fn shown_name(ui: &mut Ui, engine: &Engine, at: usize) -> Response {
     let recording = &engine.entries()[at].recording;
     let room = ui.available_width() - 2.0 * ui.spacing().button_padding.x;
-    let name = shortened(ui, recording.name(), room);
+    let name = elided(recording.name(), (room / LETTER_WIDTH) as usize);
     let is_shown = engine.project().view == questions::View::One(at);
     let button = egui::Button::selectable(is_shown, name).truncate();
     let response = ui.add(button);
-    response.widget_info(|| {
-        egui::WidgetInfo::selected(egui::Role::Button, true, is_shown, recording.name())
-    });
+    named_selected(&response, egui::Role::Button, is_shown, recording.name());
     response.on_hover_ui(|ui| {
         ui.strong(recording.name());
-        let source = match recording.source() {
-            Source::File(path) => path.display().to_string(),
-            Source::Simulated => "built-in simulated sensor".to_owned(),
-        };
-        ui.label(source);
+        if let Some(path) = recording.source().path() {
+            ui.label(path.display().to_string());
+        }
         if let Some(group) = group_of(engine, at) {
             ui.label(format!("group: {group}"));
         }
@@ -142,9 +140,6 @@ pub fn shown_name(ui: &mut Ui, engine: &Engine, at: usize) -> Response {
             recording.n_gauges(),
             if reference.is_empty() { "none".to_owned() } else { reference.join(" ") },
         ));
-        for channel in recording.auxiliary().in_words() {
-            ui.label(format!("auxiliary channel: {channel}"));
-        }
     })
 }
 
@@ -170,7 +165,7 @@ pub fn name_menu(
         let about = "Shows the channels of this recording, with their noise and drift";
         if ui.press("Show its channels", about) {
             out.send(Action::Show(questions::View::One(at)));
-            out.send(Command::ShowPane(channels_pane::PANE));
+            out.send(Command::ShowPane(Pane::CHANNELS));
             ui.close();
         }
         if ui.press("Close this recording", "Removes the recording from the list; its file stays") {
@@ -183,40 +178,13 @@ pub fn name_menu(
     });
 }
 
-/// Returns the name of a recording, shortened to this width (points).
-fn shortened(ui: &Ui, name: &str, room: f32) -> String {
-    let font = egui::TextStyle::Button.resolve(ui.style());
-    let fits = |text: &str| {
-        let galley =
-            (ui.painter()).layout_no_wrap(text.to_owned(), font.clone(), egui::Color32::WHITE);
-        galley.size().x <= room
-    };
-    if fits(name) {
-        return name.to_owned();
-    }
-    // Bisection finds the number of characters that fit, because measuring the name at every length would make each frame
-    // slow.
-    let (mut most, mut too_many) = (1, name.chars().count());
-    while too_many - most > 1 {
-        let middle = most.midpoint(too_many);
-        if fits(&elided(name, middle)) { most = middle } else { too_many = middle }
-    }
-    elided(name, most)
-}
-
 fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Response {
     ui.strong(format!("Tare {name}"));
     let quiet = ui.button("Tare over the first quiet half second").on_hover_text(
-        "Subtracts the mean gauge values of the first quiet half second in which the reference load is zero. Undo restores the gauge values",
+        "Subtracts the mean gauge values of the first quiet half second without load",
     );
     let tare = |tare| Action::Tare(vec![at], tare).into();
     let mut chosen: Option<Command> = quiet.clicked().then(|| tare(Tare::Auto));
-    for secs in [0.5, 1.0, 2.0, 5.0] {
-        let label = format!("Tare over the first {secs} s");
-        if ui.press(label, "Subtracts the mean gauge values of this interval of the recording") {
-            chosen = Some(tare(Tare::Interval(0.0, secs)));
-        }
-    }
     let about = "Subtracts the mean gauge values between cursor A and cursor B";
     if ui.press("Tare over the interval between the cursors", about) {
         chosen = Some(Command::TareBetweenCursors(at));
@@ -226,30 +194,4 @@ fn tare_menu(ui: &mut Ui, at: usize, name: &str, out: &mut Out) -> egui::Respons
         ui.close();
     }
     quiet
-}
-
-pub fn rmse_label(
-    ui: &mut Ui,
-    group: Group,
-    axes: &[Axis],
-    rmse: Option<&[f64]>,
-    result: Option<&RecordingResult>,
-) {
-    let (Some(rmse), Some(result)) = (rmse, result) else {
-        ui.weak("–");
-        return;
-    };
-    let over_group = group.rmse(axes, rmse).unwrap_or_default();
-    ui.label(significant(over_group, 3)).on_hover_ui(|ui| {
-        for (axis, rmse) in axes.iter().zip(rmse) {
-            let rmse = significant(*rmse, 4);
-            ui.label(format!("{}: {rmse} {}", axis.symbol(), axis.unit()));
-        }
-        if let Some(share) = result.share_with_past {
-            ui.label(format!(
-                "The look-back finds an earlier sample for {:.0} % of the samples",
-                100.0 * share
-            ));
-        }
-    });
 }

@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use egui::Context;
 
 use crate::{
-    engine::{Action, Doubt, Engine, FileContent, Leaving, LeftSession, Session},
+    engine::{Action, Doubt, Engine, Existing, Leaving, LeftSession, Session},
     finding::Face,
     questions::page::utc,
     shown::{file_name, first},
     ui::{
-        command::{Command, Out},
+        command::{Command, Out, PathFor},
         controls::Controls as _,
         numbers::{elided, file_size},
     },
@@ -24,7 +24,7 @@ const LOST_CHARS: usize = 70;
 const LEFT_FILES: usize = 4;
 
 struct Naming {
-    content: FileContent,
+    what: PathFor,
     path: String,
     /// True until the path field has been drawn for the first time and has the focus.
     is_new: bool,
@@ -33,17 +33,15 @@ struct Naming {
 #[derive(Default)]
 pub struct Questions {
     naming: Option<Naming>,
-    found: String,
 }
 
 impl Questions {
-    pub fn ask_path(&mut self, content: FileContent) {
-        self.naming = Some(Naming { path: content.usual_name().to_owned(), content, is_new: true });
-    }
-
-    /// Returns the content that waits for a file path, and closes the dialog that asks for the path.
-    pub fn take_content(&mut self) -> Option<FileContent> {
-        Some(self.naming.take()?.content)
+    pub fn ask_path(&mut self, what: PathFor) {
+        let path = match &what {
+            PathFor::Save(content) => content.usual_name().to_owned(),
+            _ => String::new(),
+        };
+        self.naming = Some(Naming { what, path, is_new: true });
     }
 
     pub fn show(&mut self, context: &Context, engine: &Engine, out: &mut Out) {
@@ -51,7 +49,7 @@ impl Questions {
         replacing(context, engine, out);
         leaving(context, engine, self.naming.is_some(), out);
         recovering(context, engine, out);
-        lost(context, engine, &mut self.found, out);
+        lost(context, engine, out);
     }
 }
 
@@ -87,17 +85,13 @@ fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
         return;
     };
     let paths = output.paths.iter().map(|path| path.display().to_string());
-    let mut text = paths.collect::<Vec<_>>().join("\n");
+    let paths: Vec<String> = paths.collect();
+    let mut text = paths.join("\n");
     let (title, yes, about) = match doubt {
-        Doubt::IsThere if output.paths.len() > 1 => (
-            "These files already exist",
-            "Replace them",
-            "Overwrites the files; their present contents are lost",
-        ),
         Doubt::IsThere => (
-            "The file already exists",
+            if paths.len() > 1 { "These files already exist" } else { "The file already exists" },
             "Replace it",
-            "Overwrites the file; its present contents are lost",
+            "Overwrites what is there; the present contents are lost",
         ),
         Doubt::Undetermined(undetermined) => {
             text += "\n";
@@ -116,17 +110,22 @@ fn replacing(context: &Context, engine: &Engine, out: &mut Out) {
     ask(context, "replace", [title, &text], &answers, out);
 }
 
+/// Lets the user type a path.
 fn naming(context: &Context, naming: &mut Option<Naming>, out: &mut Out) {
-    let Some(Naming { path, is_new, .. }) = naming else {
+    let Some(Naming { what, path, is_new }) = naming else {
         return;
     };
     let is_new = std::mem::take(is_new);
+    let (button, about) = match what {
+        PathFor::Save(_) => ("Save", "Path of the file; its ending chooses the format"),
+        _ => ("Open", "Path of a file or of a folder"),
+    };
+    let mut is_answered = false;
     let modal = egui::Modal::new(egui::Id::unique("naming")).show(context, |ui| {
         ui.set_width(WIDTH);
-        let label = ui.strong("Save as");
+        let label = ui.strong(what.title());
         let field = egui::TextEdit::singleline(path).desired_width(f32::INFINITY);
-        let field = ui.add(field).labelled_by(label.id);
-        let field = field.on_hover_text("Path of the file; its ending chooses the format");
+        let field = ui.add(field).labelled_by(label.id).on_hover_text(about);
         if is_new {
             field.request_focus();
         }
@@ -134,18 +133,15 @@ fn naming(context: &Context, naming: &mut Option<Naming>, out: &mut Out) {
         ui.add_space(8.0);
         ui.horizontal(|ui| {
             let chosen = path.trim();
-            if (ui.press("Save", "Writes the file; Enter does the same") || entered)
-                && !chosen.is_empty()
-            {
-                out.send(Command::PathTyped(Some(chosen.into())));
+            if (ui.press(button, "Enter does the same") || entered) && !chosen.is_empty() {
+                out.0.extend(what.clone().answer(vec![chosen.into()], Existing::Ask));
+                is_answered = true;
             }
-            if ui.press("Cancel", "Nothing is written") {
-                out.send(Command::PathTyped(None));
-            }
+            is_answered |= ui.press("Cancel", "Nothing is done");
         });
     });
-    if modal.should_close() {
-        out.send(Command::PathTyped(None));
+    if is_answered || modal.should_close() {
+        *naming = None;
     }
 }
 
@@ -158,29 +154,15 @@ fn leaving(context: &Context, engine: &Engine, is_naming: bool, out: &mut Out) {
     if is_naming || engine.replacing.is_some() {
         return;
     }
-    let (save, discard, cancel) = match leaving {
-        Leaving::Close => (
-            "Saves the session, then closes the window; asks for a path if the session has no file yet",
-            "Closes the window; changes since the last save are lost",
-            "The window stays open",
-        ),
-        Leaving::New => (
-            "Saves this session, then closes its recordings; asks for a path if the session has no file yet",
-            "Closes the recordings without saving the session; Undo brings them back",
-            "The recordings stay open",
-        ),
-        Leaving::Open(_) | Leaving::Restore(..) => (
-            "Saves this session, then opens the other session; asks for a path if this session has no file yet",
-            "Opens the other session; changes since the last save are lost",
-            "The other session is not opened",
-        ),
+    let what = match leaving {
+        Leaving::Close => "The window is about to be closed.",
+        Leaving::New => "The recordings are about to be closed.",
+        Leaving::Open(_) | Leaving::Restore(..) => "Another session is about to be opened.",
     };
-    let mut text = "The session holds the list of files, their roles and all settings. The files of the recordings are not changed.".to_owned();
-    text += match leaving {
-        Leaving::Close => "",
-        Leaving::New => "\nThe recordings are about to be closed.",
-        Leaving::Open(_) | Leaving::Restore(..) => "\nAnother session is about to be opened.",
-    };
+    let text = format!("{what} Files of recordings are not changed.");
+    let save = "Saves the session first; asks for a path if it has no file yet";
+    let discard = "Changes since the last save are lost";
+    let cancel = "Everything stays open";
     let answers = [
         ("Save", save, Command::SaveSession),
         ("Discard", discard, Action::Discard.into()),
@@ -266,7 +248,7 @@ fn files_of(session: &Session) -> String {
 }
 
 /// Asks for the folder to which the session's files were moved.
-fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
+fn lost(context: &Context, engine: &Engine, out: &mut Out) {
     let lost = &engine.project().lost;
     if lost.is_empty() {
         return;
@@ -293,18 +275,13 @@ fn lost(context: &Context, engine: &Engine, found: &mut String, out: &mut Out) {
             });
             ui.separator();
             ui.horizontal(|ui| {
-                let about = [
-                    "Folder in which the missing files are now; files in its subfolders are found by their names. The path of one moved file finds the others, too",
-                    "Search folder",
-                    "Reads the files found in this folder",
-                ];
-                if let Some(path) = ui.path_field("Present folder or file", found, (380.0, ""), about) {
-                    out.send(Action::Locate(path));
+                let about = "Searches the missing files in a folder and in its subfolders, by their names";
+                if ui.press("Choose a folder…", about) {
+                    out.send(Command::Choose(PathFor::Locate));
                 }
-            });
-            ui.horizontal(|ui| {
-                if ui.press("Choose a folder…", "Chooses the folder to search") {
-                    out.send(Command::ChooseLost);
+                let about = "Searches the missing files at a path. The path of one moved file finds the others, too";
+                if ui.press("Type a path…", about) {
+                    out.send(Command::TypePath(PathFor::Locate));
                 }
                 if ui.press("Continue without files", "Opens the session without the missing files") {
                     lost.iter().for_each(|_| out.send(Action::Forget(0)));

@@ -38,7 +38,7 @@ impl Playing {
         let label = if self.running { "Stop" } else { "Play" };
         if ui.press(
             label,
-            "Plays the recording from cursor A, or from the start of the visible time; draws the look-back (earlier gauge values) at each sample (Space)",
+            "Plays the recording from cursor A, or from the start of the visible time (Space)",
         ) {
             self.running = !self.running;
         }

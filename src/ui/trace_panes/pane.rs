@@ -82,9 +82,6 @@ fn pane(
     let key = (axis.axis, kind);
     let locked = panes.shown.values.get(&key).copied();
     let values = locked.unwrap_or_else(|| value_range(&shown, &visible.samples, kind));
-    if panes.locks_values {
-        panes.shown.values.insert(key, values);
-    }
     let bounds = PlotBounds::from_min_max([visible.time.0, values.0], [visible.time.1, values.1]);
     let visuals = ui.visuals().clone();
     let title = match kind {
@@ -107,7 +104,6 @@ fn pane(
     let (cursors, faulty) = (&panes.cursors, &panes.faulty[..]);
     let PlotResponse { response, transform, .. } = plot.show(ui, |plot| {
         plot.set_plot_bounds(bounds);
-        visible.shade_without_past(plot, palette::without_past(&visuals));
         visible.shade_faulty(plot, faulty, palette::faulty(&visuals));
         visible.separate_segments(plot, visuals.widgets.noninteractive.bg_stroke);
         if kind == Kind::Load {
@@ -216,33 +212,6 @@ impl<'a> Visible<'a> {
             }
         }
         plot.add(FilledArea::new("", &times, &lows, &highs).fill_color(color));
-    }
-
-    fn shade_without_past(&self, plot: &mut PlotUi<'_>, color: Color32) {
-        let times = &self.traces.times;
-        let time_of = |k: usize| times[k.min(times.len() - 1)];
-        let pixel = self.column_secs(self.columns);
-        let intervals = &self.traces.without_past;
-        let last = intervals.partition_point(|interval| interval.start < self.samples.end);
-        let mut at = intervals.partition_point(|interval| interval.end <= self.samples.start);
-        while at < last {
-            let start = time_of(intervals[at].start);
-            let mut end = time_of(intervals[at].end);
-            at += 1;
-            // Intervals less than a pixel apart are drawn as one interval. Bisection skips close intervals, because there may
-            // be millions.
-            loop {
-                let near = at
-                    + intervals[at..last]
-                        .partition_point(|interval| time_of(interval.start) - end < pixel);
-                if near == at {
-                    break;
-                }
-                end = time_of(intervals[near - 1].end);
-                at = near;
-            }
-            plot.span(Span::new("", start..=end).fill(color).border_width(0.0));
-        }
     }
 
     fn shade_faulty(&self, plot: &mut PlotUi<'_>, faulty: &[Arc<FaultyRecording>], color: Color32) {
