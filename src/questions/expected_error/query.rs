@@ -72,7 +72,7 @@ pub fn handed_over(
     handed_over_with(calibration.clone(), &expected, &request.recordings, progress)
 }
 
-fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
+pub fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
     let entries = recordings.entries().iter().filter(|entry| entry.role == Role::Train);
     entries.map(|entry| &*entry.recording)
 }
