@@ -409,10 +409,13 @@ mod tests {
         assert!(!calibration.fade.is_empty());
         let plain = Calibration { fade: BTreeMap::new(), ..calibration.clone() };
         let fresh = creeping(9);
+        let [conventional, faded] = cold_errors(&calibration, &fresh, 40, 0);
+        let [_, without] = cold_errors(&plain, &fresh, 40, 0);
+        assert!(without > 1.1 * conventional, "{without} {conventional}");
+        assert!(faded < 0.9 * without, "{faded} {without}");
         let [conventional, faded] = cold_errors(&calibration, &fresh, 200, 0);
         let [_, without] = cold_errors(&plain, &fresh, 200, 0);
-        assert!(without > 1.1 * conventional, "{without} {conventional}");
-        assert!(faded < conventional, "{faded} {conventional}");
+        assert!(faded < conventional && faded < without, "{faded} {conventional} {without}");
         let [_, warm] = cold_errors(&calibration, &fresh, 6000, 1200);
         let [_, warm_without] = cold_errors(&plain, &fresh, 6000, 1200);
         assert!((warm / warm_without - 1.0).abs() < 0.01, "{warm} {warm_without}");
