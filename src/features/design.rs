@@ -290,8 +290,9 @@ impl<'a> FeatureStream<'a> {
     }
 
     /// Processes the next samples and writes their [standardised](Design::standardise) rows of the design matrix, each
-    /// `stride` numbers after the previous one. With [`Self::fading`], each row is multiplied by its share. Sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary
-    /// channels `auxiliary(k)`, and the past gauges `past(i, k)` of look-back i.
+    /// `stride` numbers after the previous one. With [`Self::fading`], each row is multiplied by its share. Sample k has
+    /// the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the past gauges `past(i, k)`
+    /// of look-back i.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,

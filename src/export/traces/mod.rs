@@ -38,10 +38,11 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of parts of recordings as one of `files`, like [`write_loads_csv`]: recordings of one file follow one another,
-/// so states are kept through pauses between them up to [`Calibration::keep_secs`]. A row has the recording and the time. For each axis follow
-/// Reference, Uncompensated and Compensated loads, and the errors Uncompensated − Reference and Compensated − Reference.
-/// Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
+/// Writes the loads of parts of recordings as one of `files`, like [`write_loads_csv`]: recordings of one file follow one
+/// another, so states are kept through pauses between them up to [`Calibration::keep_secs`].
+///
+/// A row has the recording and the time. For each axis follow Reference, Uncompensated and Compensated loads, and the errors
+/// Uncompensated − Reference and Compensated − Reference. Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
 /// means the first format.
 ///
 /// # Errors
