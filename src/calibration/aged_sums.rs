@@ -114,7 +114,7 @@ pub fn aged_sums(
     let (times, n_axes) = (recording.times(), recording.axes().len());
     let further = ages.further.iter().map(Vec::as_slice);
     let past = std::iter::once(ages.past).chain(further).collect();
-    let pass = Pass { design, conventional, past, is_cold, progress };
+    let pass = Pass { design, conventional, past, is_cold, fade: &[], progress };
     let empty = || AgedSums::new(design, n_axes, 1, ages.t_ths_secs.len());
     pass.sums(pieces, empty, |k, past| {
         let nearest = past[0][k] as usize;
@@ -135,7 +135,7 @@ pub fn look_back_sums(
 ) -> Vec<AgedSums> {
     let n_axes = conventional.recording.axes().len();
     let past = past.iter().map(Vec::as_slice).collect();
-    let pass = Pass { design, conventional, past, is_cold: false, progress };
+    let pass = Pass { design, conventional, past, is_cold: false, fade: &[], progress };
     let empty = || AgedSums::new(design, n_axes, design.features.look_backs.len(), 1);
     pass.sums(pieces, empty, |k, past| past.iter().any(|past| past[k] as usize != k).then_some(0))
 }
@@ -184,7 +184,15 @@ mod tests {
             aged_sums(&design, conventional_loads, ages, &pieces, false, &Progress::default());
         let direct = |nearest: Vec<u32>| {
             let past = [nearest, further[0].clone()];
-            recording_sums(&design, conventional_loads, &past, &pieces, false, &Progress::default())
+            recording_sums(
+                &design,
+                conventional_loads,
+                &past,
+                &pieces,
+                false,
+                &[],
+                &Progress::default(),
+            )
         };
         let mut running = direct((0..n as u32).collect());
         for (class, t_th_secs) in t_ths_secs.into_iter().enumerate() {

@@ -184,6 +184,12 @@ pub struct Calibration {
     /// starts anew after every pause.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub keep_secs: BTreeMap<String, f64>,
+    /// Factors of the fade after a start, by the key of the feature block: one for each state whose unknown part is known, see
+    /// [`Stream::missing`](crate::features::Stream::missing). With u, the sum of the unknown parts times their factors, the load
+    /// is the conventional load plus 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty
+    /// without a fade. See [`measured_fade`](crate::calibration::measured_fade).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub fade: BTreeMap<String, Vec<f64>>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
     pub history_step_secs: f64,
     /// Largest load of each axis for which the calibration is valid: the greater of the rated load and the largest training
@@ -525,8 +531,8 @@ impl Calibration {
         first: usize,
         loads: &mut [f64],
     ) {
-        self.over_blocks(design, recording, past, first, loads, |raw, inputs, scratch, loads| {
-            self.loads_of_rows(raw, inputs, scratch, loads);
+        self.over_blocks(design, recording, past, first, loads, |rows, scratch, loads| {
+            self.loads_of_rows(rows, scratch, loads);
         });
     }
 
@@ -537,14 +543,14 @@ impl Calibration {
             _ => return None,
         };
         let (design, mut out) = (self.design(), vec![0.0; recording.n_samples() * self.axes.len()]);
-        self.over_blocks(&design, recording, past, 0, &mut out, |_, inputs, scratch, out| {
-            kernel.deviations(inputs, &mut scratch.kernel, out);
+        self.over_blocks(&design, recording, past, 0, &mut out, |rows, scratch, out| {
+            kernel.deviations(rows.inputs, &mut scratch.kernel, out);
         });
         Some(out)
     }
 
-    /// Calls `take` once for each block of consecutive samples. The arguments are the raw feature rows of these samples, the
-    /// inputs of the network or kernel (empty if there is none), buffers, and the part of `out` for these samples.
+    /// Calls `take` once for each block of consecutive samples, with their rows, buffers, and the part of `out` for these
+    /// samples.
     fn over_blocks(
         &self,
         design: &Design,
@@ -552,41 +558,66 @@ impl Calibration {
         past: &[Vec<u32>],
         first: usize,
         out: &mut [f64],
-        take: impl Fn(&[f64], &[f64], &mut LearnedScratch, &mut [f64]),
+        take: impl Fn(Rows<'_>, &mut LearnedScratch, &mut [f64]),
     ) {
         let (mut stream, from) = (FeatureStream::new(design), RowsOf::of(recording));
         let (width, n_axes) = (design.n_columns(), self.axes.len());
         let mut raw = vec![0.0; BLOCK * width];
         let (mut inputs, mut scratch) = (Vec::new(), LearnedScratch::default());
+        let (fade, mut shares) = (self.fade_of_states(), Vec::new());
         for (start, out) in (first..).step_by(BLOCK).zip(out.chunks_mut(BLOCK * n_axes)) {
             let raw = &mut raw[..out.len() / n_axes * width];
             inputs.clear();
+            shares.clear();
             for (k, row) in (start..).zip(raw.chunks_exact_mut(width)) {
                 from.raw_row(&mut stream, |at| past[at][k], k, row);
                 if self.learned.is_some() {
                     learned_inputs(design, row, &mut inputs);
                 }
+                if !fade.is_empty() {
+                    shares.push(stream.share(&fade));
+                }
             }
-            take(raw, &inputs, &mut scratch, out);
+            take(Rows { raw, inputs: &inputs, shares: &shares }, &mut scratch, out);
         }
     }
 
-    /// Computes compensated loads from raw feature rows, and from the inputs of the network or kernel if there is one.
+    /// Computes the compensated loads of samples from their rows.
     pub(crate) fn loads_of_rows(
         &self,
-        raw: &[f64],
-        inputs: &[f64],
+        rows: Rows<'_>,
         scratch: &mut LearnedScratch,
         loads: &mut [f64],
     ) {
+        let n_axes = self.axes.len();
+        let width = rows.raw.len() / (loads.len() / n_axes);
         match &self.compensated {
-            Some(map) => map.apply_rows(raw, map.columns.len(), loads),
+            Some(map) => map.apply_rows(rows.raw, width, loads),
             None => loads.fill(0.0),
         }
         if let Some(learned) = &self.learned {
-            learned.add(inputs, scratch, loads);
+            learned.add(rows.inputs, scratch, loads);
+        }
+        let mut conventional = vec![0.0; if rows.shares.is_empty() { 0 } else { n_axes }];
+        let samples = rows.raw.chunks_exact(width).zip(loads.chunks_exact_mut(n_axes));
+        for ((row, loads), share) in samples.zip(rows.shares) {
+            self.conventional.apply(&row[..self.gauges.len()], &mut conventional);
+            for (load, conventional) in loads.iter_mut().zip(&conventional) {
+                *load = conventional + share * (*load - conventional);
+            }
         }
     }
+}
+
+/// Feature rows of consecutive samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Rows<'a> {
+    /// Raw rows of the design matrix.
+    pub raw: &'a [f64],
+    /// Inputs of the network or kernel; empty if there is none.
+    pub inputs: &'a [f64],
+    /// Share of each sample in the fade, see [`FeatureStream::share`]; empty without a fade.
+    pub shares: &'a [f64],
 }
 
 /// Number of samples whose feature rows are computed at a time.

@@ -45,7 +45,7 @@ impl Conventional {
                 .map(|recording| {
                     let loads = PresentLoads { map: &map, recording, kept: None };
                     let whole = Piece { samples: 0..recording.n_samples(), fold: 0 };
-                    recording_sums(&design, loads, &[], &[whole], false, progress)
+                    recording_sums(&design, loads, &[], &[whole], false, &[], progress)
                 })
                 .collect();
             let mut total = NormalEquations::new(n_columns, n_axes);

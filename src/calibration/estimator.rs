@@ -7,7 +7,7 @@
 
 use crate::{
     calibration::{
-        calibration::{Calibration, learned_inputs},
+        calibration::{Calibration, Rows, learned_inputs},
         error::CalibrationError,
         learned::LearnedScratch,
         status::Status,
@@ -27,6 +27,7 @@ pub struct Estimator<'a> {
     stream: FeatureStream<'a>,
     /// Errors of the load that the unknown part of each block's states can cause; see [`Calibration::state_effects`].
     effects: Vec<Vec<f64>>,
+    fade: Vec<Vec<f64>>,
     look_back: LiveLookBack,
     /// Time of the last accepted sample (s).
     last_secs: Option<f64>,
@@ -85,6 +86,7 @@ impl<'a> Estimator<'a> {
             design,
             stream: FeatureStream::new(design),
             effects: calibration.state_effects(),
+            fade: calibration.fade_of_states(),
             look_back: look_back(calibration),
             last_secs: None,
             wrapped_secs: 0.0,
@@ -283,12 +285,18 @@ impl<'a> Estimator<'a> {
             self.inputs.clear();
             learned_inputs(self.design, &self.raw, &mut self.inputs);
         }
-        self.calibration.loads_of_rows(
-            &self.raw,
-            &self.inputs,
-            &mut self.scratch,
-            &mut self.compensated,
-        );
+        let share = (!self.fade.is_empty()).then(|| self.stream.share(&self.fade));
+        let rows = Rows { raw: &self.raw, inputs: &self.inputs, shares: share.as_slice() };
+        self.calibration.loads_of_rows(rows, &mut self.scratch, &mut self.compensated);
+    }
+
+    pub(crate) fn n_auxiliary(&self) -> usize {
+        self.calibration.features.auxiliary.len()
+    }
+
+    /// Returns what the samples so far do not tell of the states, with these factors of each state.
+    pub(crate) fn unknown(&self, factors: &[Vec<f64>]) -> f64 {
+        self.stream.missing(factors)
     }
 
     /// Returns the conventional load of the newest sample; NaN if the sample was refused.

@@ -42,6 +42,7 @@ impl Calibration {
         }
         let memories = calibration.features.memories();
         calibration.keep_secs.retain(|memory, _| memories.contains(&&**memory));
+        calibration.fade.retain(|block, _| memories.contains(&&**block));
         let (n_axes, n_columns) = (calibration.axes.len(), calibration.columns().len());
         let known = calibration.quality.coefficients.take();
         calibration.quality.coefficients = known.filter(|known| known.is_of(n_axes, n_columns));

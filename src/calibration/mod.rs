@@ -57,7 +57,7 @@ pub(crate) use network::{
 pub use network::{Network, NetworkSettings};
 pub(crate) use no_cross_validation::NoCrossValidation;
 pub(crate) use normal_equations::NormalEquations;
-pub(crate) use pauses::measured_pauses;
+pub(crate) use pauses::{measured_fade, measured_pauses};
 pub(crate) use settings::{DECIMATION, Learner, OFFSET, RIDGE};
 pub use settings::{FitSettings, Regressor, RidgeChoice};
 pub(crate) use starts::scatter_of_starts;

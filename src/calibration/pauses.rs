@@ -8,7 +8,11 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::{
-    calibration::{calibration::Calibration, choice::Blocks, estimator::Estimator},
+    calibration::{
+        calibration::Calibration,
+        choice::Blocks,
+        estimator::{Estimator, SampleError},
+    },
     progress::{Cancelled, Progress},
     recording::Recording,
 };
@@ -101,6 +105,26 @@ impl<'a> Run<'a> {
         (between.len() > 1).then_some(Self { recording, between })
     }
 
+    /// Passes a sample to the estimator and returns its compensated load.
+    fn update<'e>(
+        &self,
+        estimator: &'e mut Estimator<'_>,
+        k: usize,
+    ) -> Result<&'e [f64], SampleError> {
+        let recording = self.recording;
+        let auxiliary = recording.auxiliary().at(k);
+        let n_auxiliary = estimator.n_auxiliary().min(auxiliary.len());
+        let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
+        estimator.update_with(time, gauges, &auxiliary[..n_auxiliary]).map(|(_, loads)| loads)
+    }
+
+    /// Returns the squared error of the load of a sample, summed over the axes and divided by the squared full scale.
+    fn square(&self, k: usize, loads: impl Iterator<Item = f64>, full_scale: &[f64]) -> f64 {
+        let reference = &self.recording.loads()[k * full_scale.len()..];
+        let axes = loads.zip(reference).zip(full_scale).filter(|(_, scale)| **scale > 0.0);
+        axes.map(|((load, reference), scale)| ((load - reference) / scale).powi(2)).sum()
+    }
+
     fn n_samples(&self) -> usize {
         self.between.iter().map(|(first, end)| end - first).sum()
     }
@@ -119,6 +143,61 @@ fn some_of(mut runs: Vec<Run<'_>>) -> Vec<Run<'_>> {
     runs
 }
 
+/// Factors of the fade that [`measured_fade`] tries, with all states unknown: half a power of ten apart.
+const FADES: [f64; 11] =
+    [0.1, 0.316, 1.0, 3.16, 10.0, 31.6, 100.0, 316.0, 1000.0, 3160.0, 10_000.0];
+/// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
+const WORTH_FADING: f64 = 0.99;
+
+/// Returns the factors of [`Calibration::fade`] with which the load errs least in the first [`BETWEEN_SECS`] after cold starts,
+/// all over the training recordings; empty if the load errs hardly more without a fade. `calibration` must have none.
+pub(crate) fn measured_fade<'a>(
+    calibration: &Calibration,
+    recordings: impl Iterator<Item = &'a Recording>,
+    progress: &Progress,
+) -> Result<Vec<Vec<f64>>, Cancelled> {
+    let mut factors = calibration.fade_factors();
+    let usable = recordings
+        .filter(|recording| !recording.is_static() && *recording.axes() == calibration.axes);
+    let prepared: Result<Vec<_>, _> =
+        usable.map(|recording| calibration.prepared(recording)).collect();
+    let (Ok(recordings), false) = (prepared, factors.is_empty()) else { return Ok(Vec::new()) };
+    let runs = recordings.iter().filter_map(|recording| Run::of(recording, 0.0)).collect();
+    let runs = some_of(runs);
+    let design = calibration.design();
+    let of_run = |run: &Run<'_>| {
+        let mut estimator = Estimator::new(calibration, &design).ok()?;
+        let mut squares = [0.0; FADES.len() + 1];
+        for (first, end) in run.between.iter().copied() {
+            progress.check().ok()?;
+            estimator.reset();
+            for k in first..end {
+                let Ok(loads) = run.update(&mut estimator, k) else { continue };
+                let compensated = loads.to_vec();
+                let unknown = estimator.unknown(&factors);
+                for (square, fade) in squares.iter_mut().zip([0.0].into_iter().chain(FADES)) {
+                    let share = 1.0 / (1.0 + (fade * unknown).powi(2));
+                    let loads = compensated.iter().zip(estimator.conventional());
+                    let loads = loads.map(|(load, before)| before + share * (load - before));
+                    *square += run.square(k, loads, &calibration.full_scale);
+                }
+            }
+        }
+        Some(squares)
+    };
+    let of_runs: Option<Vec<_>> = runs.par_iter().map(of_run).collect();
+    let mut squares = [0.0; FADES.len() + 1];
+    for of_run in of_runs.ok_or(Cancelled)? {
+        squares.iter_mut().zip(of_run).for_each(|(sum, square)| *sum += square);
+    }
+    let [without, with @ ..] = squares;
+    let tried = with.into_iter().zip(FADES).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let worth = tried.filter(|(square, _)| *square < WORTH_FADING * WORTH_FADING * without);
+    let Some((_, fade)) = worth else { return Ok(Vec::new()) };
+    factors.iter_mut().flatten().for_each(|factor| *factor *= fade);
+    Ok(factors)
+}
+
 /// Returns the squared errors of the loads after each pause, summed over the axes and divided by the squared full scale, if these
 /// memories are kept through all pauses and all others start anew.
 fn squares(
@@ -135,19 +214,9 @@ fn squares(
             return None;
         }
         let mut estimator = Estimator::new(&calibration, &design).ok()?;
-        let recording = run.recording;
-        let uses_auxiliary = !calibration.features.auxiliary.is_empty();
-        let mut square = |k: usize| {
-            let auxiliary = if uses_auxiliary { recording.auxiliary().at(k) } else { &[] };
-            let time = recording.times()[k];
-            let Ok((_, loads)) = estimator.update_with(time, recording.gauges_at(k), auxiliary)
-            else {
-                return 0.0;
-            };
-            let reference = &recording.loads()[k * loads.len()..][..loads.len()];
-            let axes = loads.iter().zip(reference).zip(&calibration.full_scale);
-            let axes = axes.filter(|(_, scale)| **scale > 0.0);
-            axes.map(|((load, reference), scale)| ((load - reference) / scale).powi(2)).sum()
+        let mut square = |k: usize| match run.update(&mut estimator, k) {
+            Ok(loads) => run.square(k, loads.iter().copied(), &calibration.full_scale),
+            Err(_) => 0.0,
         };
         let blocks = run.between.iter().map(|(first, end)| {
             ((end - first) as f64, at, (*first..*end).map(&mut square).sum::<f64>())
@@ -173,8 +242,8 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::calibration::{FitSettings, RidgeChoice, Status};
-    use crate::features::{Blocks, FeatureSettings, Play, Thresholds};
+    use crate::calibration::{FitSettings, RidgeChoice, Scores, Status};
+    use crate::features::{Blocks, Creep, FeatureSettings, Play, Thresholds};
     use crate::questions::{Request, train};
     use crate::random::Random;
     use crate::recording::{Axis, Entry, RecordingSet, Role, Source};
@@ -278,5 +347,122 @@ mod tests {
         assert!(kept.iter().zip(&whole).all(|(kept, whole)| kept.1 == whole.1));
         assert!(kept[1000].0.has(Status::AFTER_GAP));
         assert_ne!(run(&calibration, 5.0)[1000].1, whole[1000].1);
+    }
+
+    /// Returns a recording of a gauge that creeps by half of its load with a time constant of 6 s. The load is a fast motion around
+    /// a slow one, so that the present gauge alone tells most of the load, but not its mean.
+    fn creeping(seed: u64) -> Recording {
+        let mut random = Random::new(seed, &[]);
+        let (mut creep, mut slow, mut goal) = (0.0, 0.0, 0.0);
+        let (mut gauges, mut loads) = (Vec::new(), Vec::new());
+        for k in 0..6000 {
+            if k % 400 == 0 {
+                goal = random.between(-0.6, 0.6);
+            }
+            slow += 0.01 * (goal - slow);
+            let load = slow + (0.14 * f64::from(k)).sin();
+            creep += -(-0.05_f64 / 6.0).exp_m1() * (load - creep);
+            gauges.push(load + 0.5 * creep + 0.003 * random.normal());
+            loads.push(load);
+        }
+        let times = (0..6000).map(|k| f64::from(k) / 20.0).collect();
+        let (name, names) = (format!("r{seed}"), vec!["S1".to_owned()]);
+        Recording::new(name, Source::Simulated, times, names, gauges, vec![Axis::Fz], loads)
+            .unwrap()
+    }
+
+    /// Returns the root mean square errors of the uncompensated and the compensated load in pieces of a recording, each from a
+    /// cold start, over the samples of each piece from this one on.
+    fn cold_errors(
+        calibration: &Calibration,
+        recording: &Recording,
+        piece: usize,
+        from: usize,
+    ) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        let mut n = 0;
+        for start in (0..recording.n_samples()).step_by(piece) {
+            let run = recording.segment(start..start + piece);
+            let applied = calibration.apply(&run).unwrap();
+            for k in from..piece {
+                n += 1;
+                let errors = [&applied.conventional, &applied.compensated];
+                let errors = errors.map(|loads| loads[k] - run.loads()[k]);
+                squares = [0, 1].map(|at| squares[at] + errors[at] * errors[at]);
+            }
+        }
+        squares.map(|square: f64| (square / f64::from(n)).sqrt())
+    }
+
+    fn creep() -> FeatureSettings {
+        FeatureSettings {
+            blocks: Blocks::default().with(&Creep, &[4.0]),
+            ..FeatureSettings::present()
+        }
+    }
+
+    /// With the state of the creep unknown, the coefficient of the gauge is that of a load that has rested for long.
+    #[test]
+    fn a_load_fades_in_where_unknown_states_would_make_it_worse_than_the_conventional_one() {
+        let recordings: Vec<Recording> = (1..4).map(creeping).collect();
+        let calibration = fitted(&recordings, creep());
+        assert!(!calibration.fade.is_empty());
+        let plain = Calibration { fade: BTreeMap::new(), ..calibration.clone() };
+        let fresh = creeping(9);
+        let [conventional, faded] = cold_errors(&calibration, &fresh, 40, 0);
+        let [_, without] = cold_errors(&plain, &fresh, 40, 0);
+        assert!(without > 1.1 * conventional, "{without} {conventional}");
+        assert!(faded < 0.9 * without, "{faded} {without}");
+        let [conventional, faded] = cold_errors(&calibration, &fresh, 200, 0);
+        let [_, without] = cold_errors(&plain, &fresh, 200, 0);
+        assert!(faded < conventional && faded < without, "{faded} {conventional} {without}");
+        let [_, warm] = cold_errors(&calibration, &fresh, 6000, 1200);
+        let [_, warm_without] = cold_errors(&plain, &fresh, 6000, 1200);
+        assert!((warm / warm_without - 1.0).abs() < 0.01, "{warm} {warm_without}");
+        // The share of the difference to the conventional load grows without a jump.
+        let [applied, whole] = [&calibration, &plain].map(|model| model.apply(&fresh).unwrap());
+        let mut last = None;
+        for k in 0..fresh.n_samples() {
+            let difference = whole.compensated[k] - whole.conventional[k];
+            if difference.abs() > 0.01 {
+                let share = (applied.compensated[k] - applied.conventional[k]) / difference;
+                let before = last.replace(share).unwrap_or(share);
+                assert!((before - 1e-9..before + 0.05).contains(&share), "{k}: {share}");
+                assert!(k > 0 || share < 0.2, "{share}");
+            }
+        }
+        assert!(last > Some(0.999));
+    }
+
+    /// The errors of a fit are those of the loads that the calibration computes, also with a fade.
+    #[test]
+    fn the_errors_of_a_fit_contain_the_fade() {
+        let recordings: Vec<Recording> = (1..5).map(creeping).collect();
+        let calibration = fitted(&recordings, creep());
+        assert!(!calibration.fade.is_empty());
+        let [conventional, compensated] = [0, 1].map(|at| {
+            let squares = recordings
+                .iter()
+                .map(|recording| cold_errors(&calibration, recording, 6000, 0)[at].powi(2));
+            (squares.sum::<f64>() / 4.0).sqrt()
+        });
+        let known = |scores: &Scores| scores.train_rmse.as_ref().unwrap()[0];
+        assert!((known(&calibration.quality.conventional) / conventional - 1.0).abs() < 1e-9);
+        assert!((known(&calibration.quality.compensated) / compensated - 1.0).abs() < 1e-9);
+        let json = serde_json::to_vec(&calibration.in_file()).unwrap();
+        assert_eq!(Calibration::from_json(&json).unwrap().fade, calibration.fade);
+        let broken = BTreeMap::from([("creep_secs".to_owned(), vec![1.0; 2])]);
+        assert!(Calibration { fade: broken, ..calibration }.validate().is_err());
+    }
+
+    /// Play operators compensate from their first reversal on, so their load hardly gains by a fade.
+    #[test]
+    fn a_fade_costs_no_accuracy_where_the_compensation_helps_at_once() {
+        let recordings = sensor(2.0);
+        let calibration = fitted(&recordings[..3], play());
+        let plain = Calibration { fade: BTreeMap::new(), ..calibration.clone() };
+        let [conventional, faded] = cold_errors(&calibration, &recordings[3], 200, 0);
+        let [_, without] = cold_errors(&plain, &recordings[3], 200, 0);
+        assert!(faded < 0.5 * conventional && faded < 1.01 * without, "{faded} {without}");
     }
 }

@@ -55,6 +55,8 @@ pub(super) struct Pass<'a> {
     pub past: Vec<&'a [u32]>,
     /// True if all states start anew at each piece, as if the recording were cut there.
     pub is_cold: bool,
+    /// Factors with which the rows fade in, see [`FeatureStream::share`]; empty without a fade.
+    pub fade: &'a [Vec<f64>],
     pub progress: &'a Progress,
 }
 
@@ -103,10 +105,11 @@ impl Pass<'_> {
             sums
         };
         if design.features.has_memory() {
-            let mut stream = FeatureStream::new(design);
+            let start = || FeatureStream::new(design).fading(self.fade);
+            let mut stream = start();
             let sums = pieces.iter().map(|piece| {
                 if self.is_cold {
-                    stream = FeatureStream::new(design);
+                    stream = start();
                 }
                 add(&mut stream, piece.samples.clone())
             });
@@ -185,18 +188,20 @@ struct Block {
 const NONE: usize = usize::MAX;
 
 /// Returns the normal equations of each piece of the recording; see [`Pass::sums`]. Panics if the recording has no reference
-/// load, or if a piece ends after its last sample.
+/// load, or if a piece ends after its last sample. With factors of a `fade`, each row is multiplied by its share, so the sums give
+/// the errors of loads that fade in from the conventional load.
 pub fn recording_sums(
     design: &Design,
     conventional: PresentLoads<'_>,
     past: &[Vec<u32>],
     pieces: &[Piece],
     is_cold: bool,
+    fade: &[Vec<f64>],
     progress: &Progress,
 ) -> Vec<NormalEquations> {
     let n_axes = conventional.recording.axes().len();
     let past = past.iter().map(Vec::as_slice).collect();
-    let pass = Pass { design, conventional, past, is_cold, progress };
+    let pass = Pass { design, conventional, past, is_cold, fade, progress };
     let empty = || NormalEquations::new(design.n_columns(), n_axes);
     pass.sums(pieces, empty, |_, _| Some(0))
 }
@@ -304,7 +309,7 @@ mod tests {
             let path = LoadPath::new(&loads, &weights);
             let past = past_samples(&design.features, &path, recording, &Progress::default());
             let present = PresentLoads { map: &conventional.map, recording, kept: Some(&loads) };
-            recording_sums(&design, present, &past, pieces, is_cold, &Progress::default())
+            recording_sums(&design, present, &past, pieces, is_cold, &[], &Progress::default())
         };
         let n = recording.n_samples();
         let cuts = [0, n / 3, n / 2, n];

@@ -48,6 +48,7 @@ impl Calibration {
         let errors: Vec<f64> = errors.flat_map(|known| known.standard.concat()).collect();
         let scale = &self.gauge_scale;
         let keep: Vec<f64> = self.keep_secs.values().copied().collect();
+        let fade = self.fade.values().flatten().copied().collect::<Vec<f64>>();
         let (rate, run) = (self.rate_hz.as_slice(), scale.run_secs.as_slice());
         let n_travels = if scale.travel.is_empty() { 0 } else { n_gauges };
         let n_limits = if self.limits.is_empty() { 0 } else { n_axes };
@@ -63,6 +64,7 @@ impl Calibration {
             ("quality.coefficients", errors.len(), &errors, -LARGEST),
             ("gap_secs", 1, &[self.gap_secs], f64::MIN_POSITIVE),
             ("keep_secs", keep.len(), &keep, 0.0),
+            ("fade", fade.len(), &fade, 0.0),
             ("history_step_secs", 1, &[self.history_step_secs], 0.0),
             ("rate_hz", rate.len(), rate, f64::MIN_POSITIVE),
         ] {
@@ -76,6 +78,7 @@ impl Calibration {
         }
         self.features.validate()?;
         self.features.check_columns(n_gauges)?;
+        self.check_fade()?;
         let present = FeatureSettings::present();
         self.validate_map("conventional", &self.conventional, &present)?;
         if let Some(map) = &self.compensated {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::{
     choices::{CommonArgs, fit_arguments},
     error::JobError,
-    exports::{check_determined, check_endings, check_formats, export},
+    exports::{add, check_determined, check_endings, check_formats},
     inputs::Files,
     recordings::RecordingArgs,
     run::{Run, Work, examples},
@@ -24,9 +24,8 @@ use crate::{
     progress::Progress,
     questions::{
         AnalysisError, Best, Candidates, Request, Search, WITHIN,
-        errors::cold_start::worse_at_start, find_best, train,
+        errors::cold_start::worse_at_start, find_best, handed_over, train,
     },
-    recording::identity::Identity,
     scoring::score_set::ScoreSet,
 };
 
@@ -121,8 +120,8 @@ impl Work for BestJob {
                 run.say.finding(worse);
             }
             let mut files = Together::default();
-            let identity = Identity::default();
-            export(run, &request, &calibration, &identity, false, &self.export, &mut files)?;
+            let whole = handed_over(&request, &calibration, &progress)?;
+            add(run, &whole, &self.export, &mut files)?;
             files.finish()?;
         }
         let fit = proposed.map(|proposed| fit_arguments(&proposed.model.settings));

@@ -17,9 +17,6 @@ use crate::{
         read_with_notes,
     },
     finding::Face,
-    progress::Progress,
-    questions::{Request, handed_over},
-    recording::identity::Identity,
 };
 
 /// Write a stored calibration in other formats. The calibration is not fitted again, so its loads and errors stay the same.
@@ -97,29 +94,9 @@ pub fn check_determined(calibration: &Calibration, force: bool) -> Result<(), Jo
     }
 }
 
-/// Adds the fitted calibration to `files`, once for each of `paths`, with the names and hashes of its recordings.
-pub fn export(
-    run: &Run,
-    request: &Request,
-    calibration: &Calibration,
-    identity: &Identity,
-    keeps_band: bool,
-    paths: &[PathBuf],
-    files: &mut Together,
-) -> Result<(), JobError> {
-    if paths.is_empty() {
-        return Ok(());
-    }
-    let mut whole = handed_over(request, calibration, &Progress::default())?.of_sensor(identity);
-    if keeps_band {
-        whole.learned.clone_from(&calibration.learned);
-    }
-    add(run, &whole, paths, files)
-}
-
 /// Adds a calibration to `files`, once for each of `paths`, in the format of its file name. Prints a warning if a format
 /// cannot hold a part of it, and for C code the memory that a controller needs.
-fn add(
+pub fn add(
     run: &Run,
     calibration: &Calibration,
     paths: &[PathBuf],

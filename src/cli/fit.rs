@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::{
     error::JobError,
-    exports::{check_determined, check_endings, check_formats, export, exported_help},
+    exports::{add, check_determined, check_endings, check_formats, exported_help},
     inputs::Files,
     recordings::{FitArgs, FitInputs, keep_limits, note_history},
     run::{Run, Work, examples},
@@ -28,7 +28,7 @@ use crate::{
         expected_error::{
             expected_error_table, limits::Checked, limits_table, query::expected_error,
         },
-        findings, read_factory, settings_table, train,
+        findings, handed_over, read_factory, settings_table, train,
     },
     recording::{Axis, Item},
     report::Shown,
@@ -102,8 +102,15 @@ impl Work for FitJob {
         let calibration = Arc::new(calibration);
         let limits = check_limits(&request, &calibration, &limits, &run.progress)?;
         let mut files = Together::default();
-        export(run, &request, &calibration, &sensor.identity, self.band, &self.export, &mut files)?;
-        self.traces.write(&mut files, &calibration, all(), step)?;
+        if !self.export.is_empty() || self.traces.traces.is_some() {
+            let mut whole = handed_over(&request, &calibration, &run.progress)?;
+            whole = whole.of_sensor(&sensor.identity);
+            if self.band {
+                whole.learned.clone_from(&calibration.learned);
+            }
+            add(run, &whole, &self.export, &mut files)?;
+            self.traces.write(&mut files, &whole, all(), step)?;
+        }
         files.finish()?;
         let first = calibration.features.look_backs.first();
         let report = FitReport {

@@ -419,8 +419,11 @@ impl Engine {
             self.lanes.forget(|lane| !lane.is_begun_by_user());
             self.ask(Analyse(self.request()));
         }
-        let calibration = self.exact().map(|(_, analysis)| Arc::clone(&analysis.calibration));
-        *locked(&self.current) = calibration;
+        let current = self.exact().map(|(request, analysis)| {
+            let fitted_to = analysis.fitted.then(|| Arc::clone(&request.recordings));
+            (Arc::clone(&analysis.calibration), fitted_to)
+        });
+        *locked(&self.current) = current;
         if self.analysis().is_none() {
             self.lanes.forget(|lane| lane.is_on_analysis());
         }

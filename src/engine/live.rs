@@ -6,12 +6,15 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::{
-    calibration::{Calibration, Estimator},
+    calibration::{Calibration, Estimator, measured_pauses},
     import::live::{GrowingFile, Grown, LiveHead, LiveRow, LiveSource, LiveTable, Places},
     panicked::locked,
     progress::Progress,
-    questions::question::{Query, Unanswered, Work},
-    recording::Axis,
+    questions::{
+        question::{Query, Unanswered, Work},
+        training,
+    },
+    recording::{Axis, RecordingSet},
     same::same_where,
     scoring::series::Series,
 };
@@ -22,9 +25,10 @@ const COLUMNS: f64 = 1000.0;
 /// Maximum number of kept samples, even if the newest minute has more at a high sample rate.
 const MAX_SAMPLES: usize = 1 << 20;
 
-/// Calibration that computes the loads of the followed file. It changes with each new fit, such as during the drag of a
-/// slider.
-pub type Current = Arc<Mutex<Option<Arc<Calibration>>>>;
+/// Calibration that computes the loads of the followed file, and the recordings to which it was fitted; `None` for an opened
+/// calibration. It changes with each new fit, such as during the drag of a slider.
+pub type CurrentFit = (Arc<Calibration>, Option<Arc<RecordingSet>>);
+pub type Current = Arc<Mutex<Option<CurrentFit>>>;
 
 #[derive(Clone, Debug)]
 pub struct Follow {
@@ -73,18 +77,27 @@ impl Query for Follow {
         let mut file = GrowingFile::open(&self.path).map_err(unreadable)?;
         let mut minute = Minute::default();
         loop {
-            minute.run(self.current().as_ref(), &mut file, progress, show, self)?;
+            let current = self.current();
+            let mut calibration = current.as_ref().map(|(calibration, _)| Arc::clone(calibration));
+            if let Some((fitted, Some(recordings))) = &current
+                && minute.has_pause(fitted, usize::MAX)
+            {
+                let keep_secs = measured_pauses(fitted, training(recordings), progress)?;
+                calibration = Some(Arc::new(Calibration { keep_secs, ..(**fitted).clone() }));
+            }
+            minute.run(calibration.as_ref(), current.as_ref(), &mut file, progress, show, self)?;
         }
     }
 }
 
 impl Follow {
-    fn current(&self) -> Option<Arc<Calibration>> {
+    fn current(&self) -> Option<CurrentFit> {
         locked(&self.calibration).clone()
     }
 
-    fn is_current(&self, calibration: Option<&Arc<Calibration>>) -> bool {
-        self.current().as_ref().map(Arc::as_ptr) == calibration.map(Arc::as_ptr)
+    fn is_current(&self, fit: Option<&CurrentFit>) -> bool {
+        let place = |fit: &CurrentFit| Arc::as_ptr(&fit.0);
+        self.current().as_ref().map(place) == fit.map(place)
     }
 }
 
@@ -131,6 +144,13 @@ fn taken_of(
 }
 
 impl Minute {
+    /// Returns true if a time step between these newest rows is a pause for this calibration.
+    fn has_pause(&self, calibration: &Calibration, newest: usize) -> bool {
+        let newest = self.rows.len() - newest.min(self.rows.len())..;
+        let times = || self.rows.range(newest.clone()).map(|row| row.time);
+        times().zip(times().skip(1)).any(|(time, next)| next - time > calibration.gap_secs)
+    }
+
     /// Forgets all samples of the file.
     fn restart(&mut self, notes: Vec<String>) {
         *self = Self {
@@ -221,11 +241,13 @@ impl Minute {
         Some(rows.into_iter().filter_map(|row| row.ok().flatten()).collect())
     }
 
-    /// Computes the loads of existing and new samples until the calibration changes or the file is replaced. Without a
-    /// calibration, only the number of samples is shown.
+    /// Computes the loads of existing and new samples until the fit changes, the file is replaced, or the first pause comes, after
+    /// which the pauses are measured through which the fit keeps its states. Without a calibration, only the number of samples
+    /// is shown.
     fn run(
         &mut self,
         calibration: Option<&Arc<Calibration>>,
+        fit: Option<&CurrentFit>,
         file: &mut GrowingFile,
         progress: &Progress,
         show: &(dyn Fn(Followed) + Sync),
@@ -253,6 +275,8 @@ impl Minute {
         let mut taken: VecDeque<Taken> = VecDeque::new();
         let mut places: Option<Result<Places, String>> = None;
         let mut waiting = self.rows.len();
+        let had_pause =
+            fit.is_none_or(|(fitted, to)| to.is_none() || self.has_pause(fitted, usize::MAX));
         let mut shown: Option<Instant> = None;
         self.changed = true;
         loop {
@@ -289,11 +313,16 @@ impl Minute {
                 shown = Some(Instant::now());
                 show(self.followed(calibration, &taken, &status, places.as_ref()));
             }
-            if !of.is_current(calibration) {
+            if !of.is_current(fit) {
                 return Ok(());
             }
             match self.read(file, &of.path)? {
-                Some(n) => waiting += n,
+                Some(n) => {
+                    waiting += n;
+                    if !had_pause && fit.is_some_and(|(fitted, _)| self.has_pause(fitted, n + 1)) {
+                        return Ok(());
+                    }
+                }
                 None => return Ok(()),
             }
         }
@@ -378,7 +407,7 @@ mod tests {
     ) {
         let follow = Follow {
             path: path.to_owned(),
-            calibration: Arc::new(Mutex::new(Some(Arc::clone(calibration)))),
+            calibration: Arc::new(Mutex::new(Some((Arc::clone(calibration), None)))),
         };
         let progress = Progress::default();
         let (sender, receiver) = channel();
@@ -505,7 +534,7 @@ mod tests {
             };
             let whole = seen(&|followed| followed.counts.0 == n);
             assert!(shows(&whole, &first) && !shows(&whole, &second));
-            *follow.calibration.lock().unwrap() = Some(Arc::clone(&second));
+            *follow.calibration.lock().unwrap() = Some((Arc::clone(&second), None));
             seen(&|followed| shows(followed, &second));
         });
     }

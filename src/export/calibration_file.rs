@@ -151,6 +151,7 @@ mod tests {
             decimation: 1,
             gap_secs: 1.0,
             keep_secs: BTreeMap::from([("stored_samples".to_owned(), 2.5)]),
+            fade: BTreeMap::new(),
             history_step_secs: 0.0,
             limits: Vec::new(),
             gauge_limits: Vec::new(),

@@ -43,6 +43,10 @@ pub(super) fn fields(calibration: &Calibration) -> Vec<Field> {
             field("keep_secs", memory, keep, Number(calibration.keep_secs_of(memory)))
         }),
     );
+    let fade = "factor of each unknown state of this block in the fade of the load";
+    fields.extend(calibration.features.memories().into_iter().filter_map(|block| {
+        Some(field("fade", block, fade, Numbers(calibration.fade.get(block)?.clone())))
+    }));
     let scale = &calibration.gauge_scale;
     for (name, numbers) in [
         ("shift", &scale.shift),

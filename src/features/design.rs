@@ -226,6 +226,8 @@ pub struct FeatureStream<'a> {
     design: &'a Design,
     /// Number of columns and state of each feature block in use.
     blocks: Vec<(usize, Box<dyn Stream>)>,
+    /// Factors of the unknown states with which standardised rows fade in; empty without a fade. See [`Self::share`].
+    fade: &'a [Vec<f64>],
 }
 
 impl<'a> FeatureStream<'a> {
@@ -234,7 +236,12 @@ impl<'a> FeatureStream<'a> {
         let blocks = design.blocks_with_columns();
         let blocks = blocks
             .map(|(block, values, n_columns)| (n_columns, block.stream(values, &design.inputs())));
-        Self { design, blocks: blocks.collect() }
+        Self { design, blocks: blocks.collect(), fade: &[] }
+    }
+
+    /// Lets standardised rows fade in with these factors, see [`Self::share`].
+    pub fn fading(self, fade: &'a [Vec<f64>]) -> Self {
+        Self { fade, ..self }
     }
 
     /// Ends a pause with the next sample, at this time (s). Feature blocks whose memory is not kept start anew.
@@ -253,6 +260,13 @@ impl<'a> FeatureStream<'a> {
     /// entry for each block with columns, see [`Block::effects`](crate::features::Block::effects).
     pub fn missing(&self, effects: &[Vec<f64>]) -> f64 {
         self.blocks.iter().zip(effects).map(|((_, stream), effects)| stream.missing(effects)).sum()
+    }
+
+    /// Returns the share of the difference between compensated and conventional load that counts at the newest sample: small
+    /// while the states are unknown, then 1. `fade` has one entry for each block with columns, see
+    /// [`Calibration::fade`](crate::calibration::Calibration::fade).
+    pub fn share(&self, fade: &[Vec<f64>]) -> f64 {
+        1.0 / (1.0 + self.missing(fade).powi(2))
     }
 
     /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.
@@ -276,8 +290,9 @@ impl<'a> FeatureStream<'a> {
     }
 
     /// Processes the next samples and writes their [standardised](Design::standardise) rows of the design matrix, each
-    /// `stride` numbers after the previous one. Sample k has the time `times[k]`, the gauges `gauges(k)`, the auxiliary
-    /// channels `auxiliary(k)`, and the past gauges `past(i, k)` of look-back i.
+    /// `stride` numbers after the previous one. With [`Self::fading`], each row is multiplied by its share. Sample k has
+    /// the time `times[k]`, the gauges `gauges(k)`, the auxiliary channels `auxiliary(k)`, and the past gauges `past(i, k)`
+    /// of look-back i.
     #[inline(always)]
     pub fn standardised_rows<'g>(
         &mut self,
@@ -306,11 +321,14 @@ impl<'a> FeatureStream<'a> {
         }
         let n_lags = design.features.n_histories() - n_look_backs;
         for (row, k) in rows.chunks_exact_mut(stride).zip(samples) {
-            let rest = &mut row[rest.clone()];
-            self.rest_of_row(times[*k], gauges(*k), auxiliary(*k), rest);
-            let mut lags = rest;
+            let mut lags = &mut row[rest.clone()];
+            self.rest_of_row(times[*k], gauges(*k), auxiliary(*k), lags);
             for _ in 0..n_lags {
                 scale.make_relative(next(&mut lags, g), gauges(*k));
+            }
+            if !self.fade.is_empty() {
+                let share = self.share(self.fade);
+                row[..rest.end].iter_mut().for_each(|entry| *entry *= share);
             }
         }
     }

@@ -6,7 +6,8 @@
 //! is the index of the last written column. Other code of the exported program declares constants and memory.
 //!
 //! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the
-//! number of the block's values. `auxiliary` holds the auxiliary channels of the sample. In C, an update has its own braces,
+//! number of the block's values; `{{ fades }}` is true if the load fades in.
+//! `auxiliary` holds the auxiliary channels of the sample. In C, an update has its own braces,
 //! and `g` is the index of a gauge.
 
 use serde::Serialize;
@@ -24,6 +25,9 @@ pub struct Rows<'a> {
     pub channels: &'a [AuxiliaryChannel],
     /// Effect of each state of the block on the load, see [`Block::effects`](crate::features::Block::effects).
     pub effects: &'a [f64],
+    /// Factor of each state in the fade of the load, see [`Calibration::fade`](crate::calibration::Calibration::fade); empty
+    /// without a fade.
+    pub fade: &'a [f64],
 }
 
 impl Rows<'_> {

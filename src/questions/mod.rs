@@ -34,7 +34,7 @@ pub use errors::query::{Analysis, Analyst, analyse};
 pub(crate) use errors::trace_values::Segment;
 pub(crate) use errors::traces::{AxisTraces, TraceSet};
 pub use expected_error::query::expected_error;
-pub(crate) use expected_error::query::handed_over;
+pub(crate) use expected_error::query::{handed_over, training};
 pub(crate) use models::best::Best;
 pub use models::best::{Search, WITHIN, find_best};
 pub use models::recipes::Candidates;

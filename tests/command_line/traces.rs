@@ -2,7 +2,7 @@
 
 use crate::program::{fit, numbers, run, stderr, succeed};
 use crate::table::Table;
-use crate::workshop::{ALL_FILES, Workshop};
+use crate::workshop::{ALL_FILES, HEADER, Workshop, rows};
 
 fn rms(values: &[f64]) -> f64 {
     let squares: f64 = values.iter().map(|value| value * value).sum();
@@ -37,6 +37,35 @@ fn traces_have_the_errors_that_the_fit_reported() {
         table.column("Fz compensated error"),
     );
     assert!((0..300).all(|k| error[k] == comp[k] - calc[k]));
+}
+
+/// A file with a pause is read as two recordings. The state of the play is kept through the pause, as on a robot.
+#[test]
+fn traces_of_a_file_with_a_pause_are_the_loads_that_apply_writes() {
+    let workshop = Workshop::with_recordings();
+    let paused = [HEADER, &rows(3.0, 70, 0.0), &rows(4.0, 50, 12.0)].concat();
+    workshop.write("paused.csv", paused);
+    let play = &["fit", "--look-back", "none", "--play", "0.2,0.4", "--export", "c.json"];
+    succeed(workshop.path(), &[&play[..], &ALL_FILES[..]].concat());
+    let compensated = |keep_secs: &str| {
+        let file: serde_json::Value = serde_json::from_str(&workshop.read("c.json")).unwrap();
+        let mut file = file.as_object().unwrap().clone();
+        file.insert("keep_secs".to_owned(), serde_json::from_str(keep_secs).unwrap());
+        workshop.write("k.json", serde_json::to_string(&file).unwrap());
+        let both = ["apply", "k.json", "paused.csv", "--out", "."];
+        succeed(workshop.path(), &[&both[..], &["--traces", "t.csv", "--force"]].concat());
+        let text = workshop.read("t.csv");
+        let head = text.lines().next().unwrap().split(',');
+        let at = head.clone().position(|head| head.contains("Fz compensated [")).unwrap();
+        let cells = text.lines().skip(1).map(|line| line.split(',').nth(at).unwrap().parse());
+        let traces: Vec<f64> = cells.map(Result::unwrap).collect();
+        let loads = Table::read(&workshop.file("paused_loads.csv")).column("Fz compensated");
+        assert_eq!((traces.len(), &traces), (120, &loads));
+        traces
+    };
+    let (forgotten, kept) = (compensated("{}"), compensated(r#"{"play_radii": 100}"#));
+    assert_eq!(forgotten[..70], kept[..70]);
+    assert_ne!(forgotten[70], kept[70]);
 }
 
 #[test]

@@ -43,6 +43,9 @@ def loads(cal, samples):
         play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
         low, high = np.minimum(low, s), np.maximum(high, s)
         known = s + np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1) * (play - s)
+        fade, open_range = cal.get("fade", {}), np.maximum(2 * radii[:, None] * sd - (high - low), 0)
+        unknown = np.sum(np.array(fade.get("creep_secs", 0 * taus)) * (1 - weight) ** 2)
+        unknown += np.sum(np.array(fade.get("play_radii", 0 * open_range)).ravel() * (open_range**2).ravel())
         last, z = time, (s - shift) * inverse
         histories = row[1:] + list(s + weight[:, None] * (creep - s)) + list(known)
         degree = features.get("polynomial", 1)
@@ -61,7 +64,8 @@ def loads(cal, samples):
                     x = np.float32(layer["weights"]).astype(float) @ x + np.float32(layer["biases"])
                     x = np.maximum(x, 0) if at + 1 < len(own["layers"]) else x
                 load = load + own["target_shift"] + own["target_scale"] * x
-        yield load
+        present = conventional @ np.append(s, one)
+        yield present + (load - present) / (1 + unknown**2) if fade else load
 
 
 if __name__ == "__main__":

@@ -135,11 +135,19 @@ pub fn calibrations() -> Vec<(String, Calibration)> {
 }
 
 /// Lets a calibration keep its states after pauses: the stored samples after pauses of this time (s), play after twice, creep and
-/// auxiliary channels after three times this time.
+/// auxiliary channels after three times this time. After a start its load fades in.
 pub fn keeping(mut calibration: Calibration, secs: f64) -> Calibration {
     let memories = ["stored_samples", "play_radii", "creep_secs", "auxiliary_secs"];
     let memories = memories.map(str::to_owned).into_iter().zip([1.0, 2.0, 3.0, 3.0]);
     calibration.keep_secs = memories.map(|(memory, factor)| (memory, factor * secs)).collect();
+    let blocks = &calibration.features.blocks;
+    let inverse = calibration.gauge_scale.deviation.iter().map(|deviation| deviation.powi(-2));
+    let inverse = inverse.map(|factor| if factor.is_finite() { factor } else { 0.0 });
+    let of_radii: Vec<f64> = blocks.of(&Play).iter().flat_map(|_| inverse.clone()).collect();
+    let of_taus = blocks.of(&Creep).iter().map(|tau_secs| 5.0 / tau_secs).collect();
+    let fades = [("play_radii", of_radii), ("creep_secs", of_taus)].into_iter();
+    let fades = fades.filter(|(_, factors): &(_, Vec<f64>)| !factors.is_empty());
+    calibration.fade = fades.map(|(block, factors)| (block.to_owned(), factors)).collect();
     calibration
 }
 

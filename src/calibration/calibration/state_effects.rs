@@ -1,10 +1,17 @@
-//! After a start, the states of the feature blocks are not known exactly. Computes when the error by this is small beside the
-//! expected error, so that the status becomes `ok`.
+//! After a start, the states of the feature blocks are not known exactly. Computes how much each state counts, and when the
+//! error by this is small beside the expected error, so that the status becomes `ok`.
 
 use crate::{
-    calibration::calibration::{Calibration, NEVER_REACHED},
-    features::Block,
+    calibration::{
+        calibration::{Calibration, NEVER_REACHED},
+        entries::check_length,
+        error::CalibrationError,
+    },
+    features::{Block, FeatureStream},
 };
+
+/// Feature block with its values and the effect of each of its states.
+type Effects<'a> = (&'static dyn Block, &'a [f64], Vec<f64>);
 
 /// Largest error by unknown states with the status `ok`, as a share of the expected error. The part that the expected error
 /// contains already does not count.
@@ -20,17 +27,76 @@ impl Calibration {
     ///
     /// How a state changes the output of a network or kernel is not known, so all its states get the same effect.
     pub(crate) fn state_effects(&self) -> Vec<Vec<f64>> {
+        let (blocks, is_linear) = self.effects_beside(&self.expected_errors());
+        let usual = blocks.iter().map(|(block, values, effects)| {
+            block.usually_missing(values, effects, &self.gauge_scale)
+        });
+        let allowed = if is_linear { SHARE * SHARE } else { 0.0 } + usual.sum::<f64>();
+        let scaled = |effect: f64| (effect / allowed.max(f64::MIN_POSITIVE)).min(NEVER_REACHED);
+        blocks.into_iter().map(|(.., effects)| effects.into_iter().map(scaled).collect()).collect()
+    }
+
+    /// Returns the factors of a fade with equal strength for equal effects on the load, beside full scale: their sum with all
+    /// states unknown is 1. Empty if no state is ever unknown.
+    pub(crate) fn fade_factors(&self) -> Vec<Vec<f64>> {
+        let beside = |scale: &f64| if *scale > 0.0 { *scale } else { f64::INFINITY };
+        let beside: Vec<f64> = self.full_scale.iter().map(beside).collect();
+        let (blocks, _) = self.effects_beside(&beside);
+        let mut factors: Vec<Vec<f64>> = blocks.into_iter().map(|(.., effects)| effects).collect();
+        let all = FeatureStream::new(&self.design()).missing(&factors);
+        if !(all > 0.0 && all.is_finite()) {
+            return Vec::new();
+        }
+        factors.iter_mut().flatten().for_each(|factor| *factor /= all);
+        factors
+    }
+
+    /// Returns [`Self::fade`] with one entry for each feature block with columns; empty without a fade.
+    pub(crate) fn fade_of_states(&self) -> Vec<Vec<f64>> {
+        if self.fade.is_empty() {
+            return Vec::new();
+        }
+        let (blocks, _) = self.effects_beside(&[]);
+        let of_block = |(block, ..): &Effects<'_>| self.fade.get(block.setting().key).cloned();
+        blocks.iter().map(|block| of_block(block).unwrap_or_default()).collect()
+    }
+
+    /// Checks that the fade has a factor for each state of each feature block that it names.
+    pub(crate) fn check_fade(&self) -> Result<(), CalibrationError> {
+        let (blocks, _) = self.effects_beside(&[]);
+        for (block, _, effects) in blocks {
+            if let Some(factors) = self.fade.get(block.setting().key) {
+                check_length(
+                    &format!("fade.{}", block.setting().key),
+                    effects.len(),
+                    factors.len(),
+                )?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Sets [`Self::fade`] to these factors of each feature block with columns.
+    pub(crate) fn set_fade(&mut self, factors: Vec<Vec<f64>>) {
+        let (blocks, _) = self.effects_beside(&[]);
+        let keys = blocks.iter().map(|(block, ..)| block.setting().key.to_owned());
+        self.fade = keys.zip(factors).filter(|(_, factors)| !factors.is_empty()).collect();
+    }
+
+    /// Returns for each feature block with columns its values and the effects of its states, see [`Block::effects`], as shares
+    /// of these loads of the axes. If the effects on the load are not known, all states get the same effect, and the second
+    /// result is false.
+    fn effects_beside(&self, loads: &[f64]) -> (Vec<Effects<'_>>, bool) {
         let n_gauges = self.gauges.len();
-        let expected = self.expected_errors();
         let map = self.compensated.as_ref().filter(|_| self.learned.is_none());
-        let map = map.filter(|_| expected.iter().any(|error| error.is_finite()));
+        let map = map.filter(|_| loads.iter().any(|load| load.is_finite()));
         let mut first = n_gauges * (1 + self.features.look_backs.len());
         let blocks = self.features.blocks.used().filter_map(|(block, values)| {
             let n_columns = self.features.n_columns_of(block, values, n_gauges);
             let square = |column: usize| match map {
                 Some(map) => {
-                    let rows = map.matrix.iter().zip(&expected);
-                    let shares = rows.map(|(row, expected)| row[first + column].abs() / expected);
+                    let rows = map.matrix.iter().zip(loads);
+                    let shares = rows.map(|(row, load)| row[first + column].abs() / load);
                     shares.fold(0.0, f64::max).powi(2)
                 }
                 None => self.gauge_scale.inverse_deviation(column % n_gauges).powi(2),
@@ -40,13 +106,7 @@ impl Calibration {
             (n_columns > 0)
                 .then(|| (block, values, block.effects(values, &squares, &self.gauge_scale)))
         });
-        let blocks: Vec<(&dyn Block, &[f64], Vec<f64>)> = blocks.collect();
-        let usual = blocks.iter().map(|(block, values, effects)| {
-            block.usually_missing(values, effects, &self.gauge_scale)
-        });
-        let allowed = map.map_or(0.0, |_| SHARE * SHARE) + usual.sum::<f64>();
-        let scaled = |effect: f64| (effect / allowed.max(f64::MIN_POSITIVE)).min(NEVER_REACHED);
-        blocks.into_iter().map(|(.., effects)| effects.into_iter().map(scaled).collect()).collect()
+        (blocks.collect(), map.is_some())
     }
 
     /// Returns the expected error of each axis, or else a multiple of its RMSE. An axis without an RMSE gets infinity.

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::passes::Shape;
-use super::product::Real;
+use super::passes::{Real, Shape};
 use super::samples::Scale;
 use crate::calibration::{
     entries::{check_length, check_numbers},

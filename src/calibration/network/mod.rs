@@ -26,7 +26,6 @@ mod epochs;
 mod fitted;
 mod passes;
 mod predict;
-mod product;
 mod samples;
 mod settings;
 mod training;

@@ -8,8 +8,30 @@
 
 use std::ops::Range;
 
-use super::product::{Out, Real, View};
+use faer::linalg::matmul::matmul;
+use faer::traits::RealField;
+use faer::{Accum, MatMut, MatRef, Par};
+
 use crate::vectorised::vectorised;
+
+/// Floating-point type in which a network is computed.
+pub(super) trait Real: RealField + Copy + PartialOrd + From<f32> {}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// Returns a matrix whose columns are `stride` numbers apart in memory.
+fn view<T>(values: &[T], n_rows: usize, n_columns: usize, stride: usize) -> MatRef<'_, T> {
+    MatRef::from_column_major_slice_with_stride(values, n_rows, n_columns, stride)
+}
+
+/// Writes `left · right` to a matrix whose columns are `stride` numbers apart in memory. The numbers between the columns stay
+/// unchanged.
+fn product<T: Real>(out: &mut [T], stride: usize, left: MatRef<'_, T>, right: MatRef<'_, T>) {
+    let (n_rows, n_columns) = (left.nrows(), right.ncols());
+    let out = MatMut::from_column_major_slice_with_stride_mut(out, n_rows, n_columns, stride);
+    matmul(out, Accum::Replace, left, right, T::from(1.0), Par::Seq);
+}
 
 /// Number of units in each layer. The inputs are the first layer, the outputs the last one.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,10 +115,11 @@ impl<T: Real> Forward<T> {
             let (before, after) = self.blocks.split_at_mut(layer + 1);
             let stride = shape.stride(layer + 1);
             let out = &mut after[0][..stride * n_samples];
-            T::product(
-                Out::new(out, fan_out, n_samples, stride),
-                View::new(weights, fan_out, fan_in + 1, fan_out),
-                View::new(&before[layer], fan_in + 1, n_samples, fan_in + 1),
+            product(
+                out,
+                stride,
+                view(weights, fan_out, fan_in + 1, fan_out),
+                view(&before[layer], fan_in + 1, n_samples, fan_in + 1),
             );
             if layer + 1 < shape.n_layers() {
                 rectify(out);
@@ -141,22 +164,16 @@ impl<T: Real> Backward<T> {
             let (fan_in, fan_out) = (shape.fan_in(layer), shape.fan_out(layer));
             let (before, after) = self.slopes.split_at_mut(layer + 1);
             let stride = shape.stride(layer + 1);
-            let slopes = View::new(&after[0], fan_out, n_samples, stride);
+            let slopes = view(&after[0], fan_out, n_samples, stride);
             let values = &forward.blocks[layer][..(fan_in + 1) * n_samples];
             let gradient = &mut gradient[shape.parameters(layer)];
-            T::product(
-                Out::new(gradient, fan_out, fan_in + 1, fan_out),
-                slopes,
-                View::new(values, fan_in + 1, n_samples, fan_in + 1).transpose(),
-            );
+            let inputs = view(values, fan_in + 1, n_samples, fan_in + 1);
+            product(gradient, fan_out, slopes, inputs.transpose());
             if layer > 0 {
                 let weights = &parameters[shape.parameters(layer)];
                 let earlier = &mut before[layer][..values.len()];
-                T::product(
-                    Out::new(earlier, fan_in, n_samples, fan_in + 1),
-                    View::new(weights, fan_out, fan_in, fan_out).transpose(),
-                    slopes,
-                );
+                let weights = view(weights, fan_out, fan_in, fan_out);
+                product(earlier, fan_in + 1, weights.transpose(), slopes);
                 // The derivative is zero for a unit whose value the rectifier set to zero.
                 vectorised(
                     #[inline(always)]

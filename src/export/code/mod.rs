@@ -150,6 +150,7 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
         PREFIX => state.lookup("PREFIX"),
         n_gauges => state.lookup("n_gauges"),
         n_auxiliary => state.lookup("n_auxiliary"),
+        fades => state.lookup("fades"),
         sets,
     };
     state.env().render_str(text.trim_matches('\n'), names)
@@ -351,8 +352,12 @@ pub(in crate::export) fn state_bytes(program: &Program, real: usize) -> usize {
         };
         bytes * memory.sets * if memory.of_gauges { n_gauges } else { 1 }
     });
-    let mut bytes =
-        2 * 8 + 4 + clock + 2 * 4 + real * (1 + 4 * n_axes + n_gauges) + of_blocks.sum::<usize>();
+    let mut bytes = 2 * 8
+        + 4
+        + clock
+        + 2 * 4
+        + real * (1 + usize::from(program.fades) + 4 * n_axes + n_gauges)
+        + of_blocks.sum::<usize>();
     if program.keeps_samples() {
         let ring = program.ring_samples();
         bytes += 2 * clock + 4 * 4 + ring * (clock + real * n_gauges);

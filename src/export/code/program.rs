@@ -49,6 +49,8 @@ pub(in crate::export) struct Program {
     /// Readings of the gauges of the unloaded sensor, after the tare is subtracted.
     pub unloaded: Vec<f64>,
     pub blocks: Vec<RunBlock>,
+    /// True if the compensated load fades in from the conventional load while states of the blocks are unknown.
+    pub fades: bool,
     /// Auxiliary channels that each update needs, as name with unit and range.
     pub auxiliary: Vec<String>,
     /// Factor and constant that turn each gauge minus its centre into a standardised gauge.
@@ -94,10 +96,11 @@ impl Program {
         let used = features.blocks.used().filter(|(block, _)| {
             !matches!(block.appends(), Appends::Auxiliary) || features.uses_auxiliary()
         });
-        let effects = calibration.state_effects();
-        let blocks = used.zip(&effects).map(|((block, values), effects)| {
+        let (effects, fade) = (calibration.state_effects(), calibration.fade_of_states());
+        let blocks = used.zip(&effects).enumerate().map(|(at, ((block, values), effects))| {
             let channels = &features.auxiliary[..];
-            let rows = Rows { scale, standardise: &standardise, channels, effects };
+            let fade = fade.get(at).map_or(&[][..], Vec::as_slice);
+            let rows = Rows { scale, standardise: &standardise, channels, effects, fade };
             RunBlock {
                 sets: values.len(),
                 keep_secs: block.memory().map_or(0.0, |memory| calibration.keep_secs_of(memory)),
@@ -128,6 +131,7 @@ impl Program {
             limits_tared: calibration.tare.is_some(),
             unloaded: calibration.unloaded(),
             blocks,
+            fades: !fade.is_empty(),
             auxiliary: (features.auxiliary.iter()).map(AuxiliaryChannel::in_words).collect(),
             standardise,
             n_columns,

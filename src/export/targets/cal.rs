@@ -227,6 +227,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         decimation: 1,
         gap_secs: gap_by_rate(None),
         keep_secs: BTreeMap::new(),
+        fade: BTreeMap::new(),
         history_step_secs: history_step_by_rate(None),
         features: FeatureSettings::present(),
         gauge_scale: GaugeScale::identity(n_gauges),

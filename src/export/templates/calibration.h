@@ -191,6 +191,9 @@ typedef struct {
     {{ prefix }}_clock clock;                      /* the same time on the internal clock of the history */
     int started;
     {{ prefix }}_real missing;                              /* error by unknown states of the blocks; 1 is the limit of OK */
+{% if fades %}
+    {{ prefix }}_real unknown;                              /* by how much the load still fades; 0 if all states are known */
+{% endif %}
     int strays;                                    /* number of successive samples with an implausible time */
     {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted sample; negative if unknown */
     {{ prefix }}_real load[{{ n_axes }}];
@@ -555,6 +558,9 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
     if (!s->started)
         dt = 0;
     s->missing = 0;
+{% if fades %}
+    s->unknown = 0;
+{% endif %}
 {% if ring %}
     if (dt > {{ stored_keep_secs|number }})
         s->kept = 0;
@@ -641,6 +647,10 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
                     s->load[axis] += c->kernel_weights[axis][landmark] * similarity;
             }
         }
+{% endif %}
+{% if fades %}
+        for (axis = 0; axis < {{ n_axes }}; axis++)
+            s->load[axis] = s->conventional[axis] + (s->load[axis] - s->conventional[axis]) / (1 + s->unknown * s->unknown);
 {% endif %}
         (void)dt;
         s->started = 1;

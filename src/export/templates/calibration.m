@@ -105,6 +105,9 @@ state = {{ prefix }}_keep(state, present{{ ", conventional(c.measured_axis) .* c
 row = zeros({{ n_columns }}, 1);
 row(1:{{ n_gauges }}) = present;
 state.missing = 0;
+{% if fades %}
+state.unknown = 0;
+{% endif %}
 {% if n_columns > n_gauges %}
 next = {{ n_gauges }};
 {% endif %}
@@ -125,6 +128,9 @@ is_gap = dt > {{ gap_secs|plain }};
 {% endfor %}
 state.started = true;
 load = {{ prefix }}_answer(c, row);
+{% if fades %}
+load = conventional + (load - conventional) / (1 + state.unknown ^ 2);
+{% endif %}
 if time - state.since < {{ window_secs|plain }} || state.missing > 1
     status = status + 1;
 end
@@ -144,6 +150,9 @@ function state = {{ prefix }}_new()
 % State between samples.
 state.started = false;
 state.missing = 0;
+{% if fades %}
+state.unknown = 0;
+{% endif %}
 state.strays = 0;
 state.time = 0;
 state.wrapped = 0;

@@ -115,6 +115,9 @@ class State:
         self.gauge_zero = np.zeros(GAUGES)
         self.started = False
         self.missing = 0.0
+{% if fades %}
+        self.unknown = 0.0
+{% endif %}
 {% if ring %}
         # The stored samples are contiguous. When the array is full, old samples are dropped or the array is doubled.
         self.kept = 0
@@ -209,6 +212,9 @@ class State:
 
     def _take(self, time, dt, present{{ ", auxiliary" if auxiliary }}):
         self.missing = 0.0
+{% if fades %}
+        self.unknown = 0.0
+{% endif %}
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
         row = [present]
@@ -228,6 +234,9 @@ class State:
 {{ block.source.python.update|filled(block.sets) }}
 {% endfor %}
         self.load = _answer(np.concatenate(row))
+{% if fades %}
+        self.load = self.conventional + (self.load - self.conventional) / (1 + self.unknown**2)
+{% endif %}
 {% if ring %}
 
     def _keep(self, time, present):

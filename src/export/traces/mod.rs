@@ -14,7 +14,7 @@ use std::path::Path;
 use self::table::BeginTraces;
 use super::format::FileFormat;
 use crate::{
-    calibration::{Calibration, Estimator},
+    calibration::{Calibration, Estimator, Status},
     export::atomic::{Together, WriteError},
     formats::csv::CsvWriter,
     progress::Progress,
@@ -38,9 +38,11 @@ pub struct Interval<'a> {
     pub samples: Range<usize>,
 }
 
-/// Writes the loads of parts of recordings as one of `files`. A row has the recording and the time. For each axis follow
-/// Reference, Uncompensated and Compensated loads, and the errors Uncompensated − Reference and Compensated − Reference.
-/// Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
+/// Writes the loads of parts of recordings as one of `files`, like [`write_loads_csv`]: recordings of one file follow one
+/// another, so states are kept through pauses between them up to [`Calibration::keep_secs`].
+///
+/// A row has the recording and the time. For each axis follow Reference, Uncompensated and Compensated loads, and the errors
+/// Uncompensated − Reference and Compensated − Reference. Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
 /// means the first format.
 ///
 /// # Errors
@@ -63,20 +65,29 @@ pub fn write_traces(
     files.write(path, |out| {
         let mut table = (format.write)(&columns.head(), out)?;
         let mut row = Vec::new();
-        let n_axes = calibration.axes.len();
         progress.add_total(intervals.len() as u64);
+        let design = calibration.design();
+        let mut estimator = Estimator::new(calibration, &design).map_err(io::Error::other)?;
+        let mut file = None;
         for interval in intervals {
             let recording = match interval.decimation {
                 0 | 1 => Cow::Borrowed(interval.recording),
                 step => Cow::Owned(interval.recording.decimated(step)),
             };
             progress.check().map_err(io::Error::other)?;
-            let loads = calibration.apply(&recording).map_err(io::Error::other)?;
-            for k in interval.samples.start..interval.samples.end.min(recording.n_samples()) {
-                let of_sample = k * n_axes..(k + 1) * n_axes;
-                let loads = (&loads.conventional[of_sample.clone()], &loads.compensated[of_sample]);
-                columns.fill(recording.clock_time(k), reference_at(&recording, k), loads, &mut row);
-                table.row(recording.name(), &row)?;
+            let path = interval.recording.source().path();
+            if path.is_none() || path != file {
+                estimator.reset();
+            }
+            file = path;
+            let recording = &*calibration.prepared(&recording).map_err(io::Error::other)?;
+            for (k, sample) in samples_of(calibration, recording, &mut estimator).enumerate() {
+                let (_, loads) = sample.loads(&mut estimator);
+                if interval.samples.contains(&k) {
+                    let loads = (estimator.conventional(), &loads[..]);
+                    columns.fill(sample.clock_secs, sample.reference, loads, &mut row);
+                    table.row(recording.name(), &row)?;
+                }
             }
             progress.advance(1);
         }
@@ -107,26 +118,30 @@ pub fn write_loads_csv(
     )?;
     for recording in recordings {
         let recording = &*calibration.prepared(recording).map_err(io::Error::other)?;
-        estimator.set_subtracted_before(
-            (0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)),
-        );
-        for (k, time) in recording.times().iter().enumerate() {
-            let sample = LiveSample {
-                time: *time,
-                clock_secs: recording.clock_time(k),
-                gauges: recording.gauges_at(k),
-                auxiliary: if calibration.features.auxiliary.is_empty() {
-                    &[]
-                } else {
-                    recording.auxiliary().at(k)
-                },
-                reference: reference_at(recording, k),
-                is_held: recording.auxiliary().is_held_at(*time),
-            };
+        for sample in samples_of(calibration, recording, &mut estimator) {
             loads.write(&mut estimator, sample)?;
         }
     }
     loads.flush()
+}
+
+/// Returns the samples of a prepared recording, whose loads `estimator` computes next.
+fn samples_of<'a>(
+    calibration: &Calibration,
+    recording: &'a Recording,
+    estimator: &mut Estimator<'_>,
+) -> impl Iterator<Item = LiveSample<'a>> + use<'a> {
+    estimator
+        .set_subtracted_before((0..recording.n_gauges()).map(|gauge| recording.tared_by(gauge)));
+    let has_auxiliary = !calibration.features.auxiliary.is_empty();
+    recording.times().iter().enumerate().map(move |(k, time)| LiveSample {
+        time: *time,
+        clock_secs: recording.clock_time(k),
+        gauges: recording.gauges_at(k),
+        auxiliary: if has_auxiliary { recording.auxiliary().at(k) } else { &[] },
+        reference: reference_at(recording, k),
+        is_held: recording.auxiliary().is_held_at(*time),
+    })
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -142,6 +157,13 @@ pub struct LiveSample<'a> {
     pub reference: (&'a [Axis], &'a [f64]),
     /// True if an auxiliary channel has had no new value for too long.
     pub is_held: bool,
+}
+
+impl LiveSample<'_> {
+    /// Returns the status and the compensated load of the sample.
+    fn loads(&self, estimator: &mut Estimator<'_>) -> (Status, Vec<f64>) {
+        estimator.update_or_nan(self.time, self.gauges, self.auxiliary, self.is_held)
+    }
 }
 
 /// Writer of loads, one row per sample, as comma-separated text or JSON lines.
@@ -200,8 +222,7 @@ impl<W: io::Write> LoadRows<W> {
         estimator: &mut Estimator<'_>,
         sample: LiveSample<'_>,
     ) -> io::Result<()> {
-        let LiveSample { time, gauges, auxiliary, is_held, .. } = sample;
-        let (status, compensated) = estimator.update_or_nan(time, gauges, auxiliary, is_held);
+        let (status, compensated) = sample.loads(estimator);
         let loads = (estimator.conventional(), &compensated[..]);
         (self.columns).fill(sample.clock_secs, sample.reference, loads, &mut self.row);
         self.end_row(&status.to_string(), None)

@@ -85,10 +85,11 @@ impl Block for Creep {
     fn source(&self, taus_secs: &[f64], rows: &Rows<'_>) -> Source {
         let sets = taus_secs.len();
         Source::new(
-            vec![
-                Constant::reals("tau_secs", taus_secs.iter().copied()),
-                Constant::reals("creep_effect", rows.effects.iter().copied()),
-            ],
+            [("tau_secs", taus_secs), ("creep_effect", rows.effects), ("creep_fade", rows.fade)]
+                .into_iter()
+                .filter(|(_, numbers)| !numbers.is_empty())
+                .map(|(name, numbers)| Constant::reals(name, numbers.iter().copied()))
+                .collect(),
             vec![
                 Memory::of_gauges("creep", sets),
                 Memory::of_gauges("creep_rest", sets)
@@ -124,6 +125,9 @@ const C: &str = "
                 s->creep_weight[at] += share * (1 - s->creep_weight[at]);
             }
             s->missing += c->creep_effect[at] * (1 - s->creep_weight[at]) * (1 - s->creep_weight[at]);
+{% if fades %}
+            s->unknown += c->creep_fade[at] * (1 - s->creep_weight[at]) * (1 - s->creep_weight[at]);
+{% endif %}
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real state = started ? s->creep[at][g] : row[g];
                 {{ prefix }}_real by = started ? share * (row[g] - state) - s->creep_rest[at][g] : 0;
@@ -152,6 +156,9 @@ const RUST: &str = "
                 self.creep_weight[at] += share * (1.0 - self.creep_weight[at]);
             }
             self.missing += CREEP_EFFECT[at] * (1.0 - self.creep_weight[at]) * (1.0 - self.creep_weight[at]);
+{% if fades %}
+            self.unknown += CREEP_FADE[at] * (1.0 - self.creep_weight[at]) * (1.0 - self.creep_weight[at]);
+{% endif %}
             for (g, present) in row[..GAUGES].iter().enumerate() {
                 let state = if started { self.creep[at][g] } else { *present };
                 let by = if started { share * (present - state) - self.creep_rest[at][g] } else { 0.0 };
@@ -178,6 +185,9 @@ const PYTHON: &str = "
                 self.creep_weight[at] += share * (1 - self.creep_weight[at])
             row.append(self.creep_weight[at] * (state - present))
         self.missing += np.sum(CREEP_EFFECT * (1 - self.creep_weight) ** 2)
+{% if fades %}
+        self.unknown += np.sum(CREEP_FADE * (1 - self.creep_weight) ** 2)
+{% endif %}
 ";
 
 const MATLAB: &str = "
@@ -193,6 +203,9 @@ for at = 1:{{ sets }}
         state.creep_weight(:, at) = state.creep_weight(:, at) + share * (1 - state.creep_weight(:, at));
     end
     state.missing = state.missing + c.creep_effect(at) * (1 - state.creep_weight(:, at)) ^ 2;
+{% if fades %}
+    state.unknown = state.unknown + c.creep_fade(at) * (1 - state.creep_weight(:, at)) ^ 2;
+{% endif %}
     row(next + (1:{{ n_gauges }})) = state.creep_weight(:, at) * (state.creep(:, at) - present);
     next = next + {{ n_gauges }};
 end

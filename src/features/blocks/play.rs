@@ -64,12 +64,16 @@ impl Block for Play {
             precision: Precision::Real,
             numbers: Numbers::Rows(numbers),
         };
-        let effects = rows.effects.chunks(rows.scale.deviation.len().max(1));
+        let mut constants =
+            vec![constant("radius", radii.iter().map(in_units_of_gauges).collect())];
+        for (name, numbers) in [("play_effect", rows.effects), ("play_fade", rows.fade)] {
+            let by_radius = numbers.chunks(rows.scale.deviation.len().max(1));
+            if !numbers.is_empty() {
+                constants.push(constant(name, by_radius.map(<[f64]>::to_vec).collect()));
+            }
+        }
         Source::new(
-            vec![
-                constant("radius", radii.iter().map(in_units_of_gauges).collect()),
-                constant("play_effect", effects.map(<[f64]>::to_vec).collect()),
-            ],
+            constants,
             vec![
                 Memory::of_gauges("play", radii.len()),
                 Memory::of_gauges("play_low", 1).about("minimum and maximum of the gauges so far"),
@@ -121,6 +125,9 @@ const C: &str = "
                 s->play[at][g] = position;
                 if (open > 0) {
                     s->missing += c->play_effect[at][g] * open * open;
+{% if fades %}
+                    s->unknown += c->play_fade[at][g] * open * open;
+{% endif %}
                     weight = travel > c->radius[at][g] ? travel / c->radius[at][g] - 1 : 0;
                 }
                 *next++ = weight * (position - row[g]);
@@ -135,7 +142,7 @@ const RUST: &str = "
         for ((low, high), gauge) in self.play_low[0].iter_mut().zip(&mut self.play_high[0]).zip(&row) {
             (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
-        for ((position, radius), effect) in self.play.iter_mut().zip(&RADIUS).zip(&PLAY_EFFECT) {
+        for (at, (position, radius)) in self.play.iter_mut().zip(&RADIUS).enumerate() {
             for g in 0..GAUGES {
                 if !started {
                     position[g] = row[g];
@@ -143,7 +150,10 @@ const RUST: &str = "
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
                 let travel = self.play_high[0][g] - self.play_low[0][g];
                 let open = (2.0 * radius[g] - travel).max(0.0);
-                self.missing += effect[g] * open * open;
+                self.missing += PLAY_EFFECT[at][g] * open * open;
+{% if fades %}
+                self.unknown += PLAY_FADE[at][g] * open * open;
+{% endif %}
                 let weight = if open > 0.0 { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
                 row[next + g] = weight * (position[g] - row[g]);
             }
@@ -161,6 +171,9 @@ const PYTHON: &str = "
         travel = self.play_high - self.play_low
         open_range = np.maximum(2 * RADIUS - travel, 0)
         self.missing += np.sum(PLAY_EFFECT * open_range**2)
+{% if fades %}
+        self.unknown += np.sum(PLAY_FADE * open_range**2)
+{% endif %}
         fading = np.maximum(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0)
         row.extend(np.where(open_range > 0, fading, 1.0) * (self.play - present))
 ";
@@ -181,6 +194,9 @@ for at = 1:{{ sets }}
     travel = state.play_high(:, 1) - state.play_low(:, 1);
     open_range = max(2 * radius - travel, 0);
     state.missing = state.missing + sum(c.play_effect(at, :)' .* open_range .^ 2);
+{% if fades %}
+    state.unknown = state.unknown + sum(c.play_fade(at, :)' .* open_range .^ 2);
+{% endif %}
     weight = max(travel ./ max(radius, realmin) - 1, 0);
     weight(open_range <= 0) = 1;
     row(next + (1:{{ n_gauges }})) = weight .* (state.play(:, at) - present);

@@ -94,7 +94,7 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let design = calibration.design();
     let sums = data.sums(&design, &past, calibration.axes.len(), progress);
     progress.check()?;
-    data.fit_sums(settings.ridge, &sums, &mut calibration);
+    data.fit_sums(settings.ridge, &sums, &past, &mut calibration, progress)?;
 
     let coverage = data.coverage(&calibration.axes);
     let training = in_role(&data.entries, Role::Train);

@@ -13,7 +13,7 @@ use crate::{
     calibration::{
         BlockRidge, Calibration, CoefficientErrors, FitSettings, LinearMap, MOST_FEATURES,
         NoCrossValidation, NormalEquations, Past, Quality, Ridge, RidgeChoice, Scores, Terms,
-        condition_number, fit, fit_targets, look_back_sums, recording_sums,
+        condition_number, fit, fit_targets, look_back_sums, measured_fade, recording_sums,
     },
     export::Footprint,
     features::Design,
@@ -61,7 +61,20 @@ pub(crate) struct LinearFit {
 impl Dataset {
     /// Returns the normal equations of all recordings; incomplete if the work was cancelled.
     pub fn sums(&self, design: &Design, past: &[Past], n_axes: usize, progress: &Progress) -> Sums {
-        let of_recordings = self.sums_of_recordings(design, past, progress);
+        self.fading_sums(design, past, n_axes, &[], progress)
+    }
+
+    /// Returns the normal equations of all recordings like [`Self::sums`]; with factors of a `fade`, those of loads that fade in,
+    /// see [`recording_sums`].
+    fn fading_sums(
+        &self,
+        design: &Design,
+        past: &[Past],
+        n_axes: usize,
+        fade: &[Vec<f64>],
+        progress: &Progress,
+    ) -> Sums {
+        let of_recordings = self.sums_of_recordings(design, past, fade, progress);
         let empty = NormalEquations::new(design.n_columns(), n_axes);
         let mut parts = vec![empty.clone(); self.folds.n_parts];
         let (mut train, mut test) = (empty.clone(), empty);
@@ -78,7 +91,7 @@ impl Dataset {
                 }
             }
         }
-        let cold = self.cold_parts(design, past, n_axes, progress);
+        let cold = self.cold_parts(design, past, n_axes, fade, progress);
         Sums { of_recordings, train, test, parts, cold }
     }
 
@@ -87,6 +100,7 @@ impl Dataset {
         design: &Design,
         past: &[Past],
         n_axes: usize,
+        fade: &[Vec<f64>],
         progress: &Progress,
     ) -> Option<Vec<NormalEquations>> {
         let has_memory = design.features.has_memory() || !design.features.look_backs.is_empty();
@@ -98,7 +112,7 @@ impl Dataset {
         for (at, entry) in self.entries.iter().enumerate() {
             if entry.role == Role::Train {
                 let (loads, pieces) = (self.present_loads(at), &self.folds.pieces[at]);
-                let sums = recording_sums(design, loads, &past[at], pieces, true, progress);
+                let sums = recording_sums(design, loads, &past[at], pieces, true, fade, progress);
                 pieces.iter().zip(sums).for_each(|(piece, sums)| parts[piece.fold].add(&sums));
             }
         }
@@ -111,11 +125,12 @@ impl Dataset {
         &self,
         design: &Design,
         past: &[Past],
+        fade: &[Vec<f64>],
         progress: &Progress,
     ) -> Vec<Vec<NormalEquations>> {
         let key = design.with_any_thresholds();
         let known = match &*locked(&self.derived.unmoved) {
-            Some((known, sums)) if *known == key => Some(Arc::clone(sums)),
+            Some((known, sums)) if *known == key && fade.is_empty() => Some(Arc::clone(sums)),
             _ => None,
         };
         let of_recording = |(at, entry): (usize, &Entry)| {
@@ -124,7 +139,7 @@ impl Dataset {
             }
             let (loads, past, pieces) = (self.present_loads(at), &past[at], &self.folds.pieces[at]);
             let Some(known) = &known else {
-                return recording_sums(design, loads, past, pieces, false, progress);
+                return recording_sums(design, loads, past, pieces, false, fade, progress);
             };
             let moved = look_back_sums(design, loads, past, pieces, progress).into_iter();
             let moved = moved.zip(&known[at]).map(|(moved, known)| {
@@ -136,7 +151,11 @@ impl Dataset {
         };
         let sums: Vec<Vec<_>> = (self.entries.par_iter().enumerate()).map(of_recording).collect();
         let bytes: usize = sums.iter().flatten().map(NormalEquations::size_bytes).sum();
-        if known.is_none() && bytes <= MOST_KEPT_BYTES && !progress.is_cancelled() {
+        if known.is_none()
+            && fade.is_empty()
+            && bytes <= MOST_KEPT_BYTES
+            && !progress.is_cancelled()
+        {
             let look_backs = design.look_backs();
             let without = |sums: &NormalEquations| sums.without(look_backs.clone());
             let unmoved = sums.iter().map(|pieces| pieces.iter().map(without).collect());
@@ -168,15 +187,18 @@ impl Dataset {
         let design = calibration.design();
         let sums = self.sums(&design, past, calibration.axes.len(), progress);
         progress.check()?;
-        Ok(self.fit_sums(ridge, &sums, calibration))
+        self.fit_sums(ridge, &sums, past, calibration, progress)
     }
 
+    /// Fits the calibration to `sums`, measures its fade after cold starts, and scores the loads with this fade.
     pub fn fit_sums(
         &self,
         ridge: RidgeChoice,
         sums: &Sums,
+        past: &[Past],
         calibration: &mut Calibration,
-    ) -> LinearFit {
+        progress: &Progress,
+    ) -> Result<LinearFit, Cancelled> {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
         let Sums { of_recordings, train, test, parts, cold } = sums;
@@ -207,9 +229,21 @@ impl Dataset {
         }
         let matrix = self.map.corrected(&design, &found.coefficients);
         calibration.compensated = Some(LinearMap::new(design.columns(), matrix));
+        self.measure_fade(calibration, progress)?;
+        let fade = calibration.fade_of_states();
+        let fading =
+            (!fade.is_empty()).then(|| self.fading_sums(&design, past, n_axes, &fade, progress));
+        progress.check()?;
+        let scored = fading.as_ref().unwrap_or(sums);
+        let (squares, left_out_all) = match &fading {
+            Some(Sums { parts, cold, .. }) => {
+                (None, left_out_all.scored_on(Some(cold.as_deref().unwrap_or(parts))))
+            }
+            None => (squares, left_out_all),
+        };
         let scores = |coefficients: &[f64], cv_rmse| Scores {
-            train_rmse: metrics::rmse(train, coefficients),
-            test_rmse: metrics::rmse(test, coefficients),
+            train_rmse: metrics::rmse(&scored.train, coefficients),
+            test_rmse: metrics::rmse(&scored.test, coefficients),
             cv_rmse,
         };
         let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
@@ -247,9 +281,22 @@ impl Dataset {
             let before = metrics::rmse(&whole, &none)?;
             Some((before, metrics::rmse(&whole, &found.coefficients)?))
         };
-        let errors = of_recordings.iter().map(errors).collect();
-        LinearFit { errors, shares, left_out: left_out_squares }
+        let errors = scored.of_recordings.iter().map(errors).collect();
+        Ok(LinearFit { errors, shares, left_out: left_out_squares })
     }
+
+    /// Measures the fade of a calibration after cold starts in the training recordings, and sets it.
+    pub fn measure_fade(
+        &self,
+        calibration: &mut Calibration,
+        progress: &Progress,
+    ) -> Result<(), Cancelled> {
+        calibration.fade.clear();
+        let fade = measured_fade(calibration, self.training().into_iter(), progress)?;
+        calibration.set_fade(fade);
+        Ok(())
+    }
+
     /// Returns one linear fit for each part of the training recordings, made without this part, with the features and the
     /// ridge of `calibration`.
     pub fn fits_left_out(

@@ -513,6 +513,7 @@ impl Dataset {
             decimation: settings.decimation,
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
             keep_secs: BTreeMap::new(),
+            fade: BTreeMap::new(),
             history_step_secs,
             limits: limits.collect(),
             gauge_limits: gauge_limits(&training),

@@ -498,10 +498,10 @@ mod tests {
     }
 
     /// A new load every two seconds. The gauge creeps by as much as the load, or not at all. A creep state is unknown at a
-    /// start, and half of the load is missing.
+    /// start, and half of the load is missing. A fade in from the conventional load mends the start.
     #[test]
     fn a_cold_start_that_is_worse_is_found() {
-        let found = |creeps: f64, blocks| {
+        let found = |creeps: f64, blocks, fades: bool| {
             let mut set = RecordingSet::default();
             for at in 0..4 {
                 let mut random = Random::new(3, &[at]);
@@ -531,14 +531,20 @@ mod tests {
             let settings = FitSettings { features, ..FitSettings::default() };
             let request = Request::fit(Arc::new(set), settings);
             let progress = Progress::default();
-            let calibration = analyse(&request, &progress).unwrap().calibration;
+            let mut calibration =
+                Calibration::clone(&analyse(&request, &progress).unwrap().calibration);
+            if !fades {
+                calibration.fade.clear();
+            }
             let found = findings(&request, &calibration, &progress).unwrap();
             found.into_iter().find(|finding| finding.id == Id::ColdStart)
         };
         let creep = || Blocks::default().with(&Creep, &[10.0]);
-        assert!(found(1.0, creep()).is_some_and(|finding| finding.seen.contains("in the first ")));
-        assert_eq!(found(0.0, creep()), None);
-        assert_eq!(found(1.0, Blocks::default()), None);
+        let plain = found(1.0, creep(), false);
+        assert!(plain.is_some_and(|finding| finding.seen.contains("in the first ")));
+        assert_eq!(found(1.0, creep(), true), None);
+        assert_eq!(found(0.0, creep(), false), None);
+        assert_eq!(found(1.0, Blocks::default(), true), None);
     }
 
     #[test]

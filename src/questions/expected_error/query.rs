@@ -72,6 +72,10 @@ pub fn handed_over(
     handed_over_with(calibration.clone(), &expected, &request.recordings, progress)
 }
 
+pub fn training(recordings: &RecordingSet) -> impl Iterator<Item = &Recording> {
+    in_role(recordings.entries(), Role::Train).into_iter()
+}
+
 pub fn handed_over_with(
     calibration: Calibration,
     expected: &Result<ExpectedError, String>,
@@ -84,11 +88,10 @@ pub fn handed_over_with(
     }
     let quality = &mut calibration.quality;
     quality.expected_error = expected.as_ref().ok().cloned();
-    let training = || in_role(recordings.entries(), Role::Train).into_iter();
     if quality.history_scatter.is_none() {
-        calibration.quality.history_scatter = scatter_of_starts(&calibration, training());
+        calibration.quality.history_scatter = scatter_of_starts(&calibration, training(recordings));
     }
-    calibration.keep_secs = measured_pauses(&calibration, training(), progress)?;
+    calibration.keep_secs = measured_pauses(&calibration, training(recordings), progress)?;
     Ok(calibration)
 }
 
