@@ -31,7 +31,7 @@ use crate::{
     },
     finding::{Finding, Id, Verdict},
     progress::Progress,
-    recording::{Axis, Identity, Recording, Tare, span},
+    recording::{Axis, Identity, Recording, SensorFrame, Tare, span},
     shown::counted,
 };
 
@@ -222,6 +222,9 @@ pub struct Calibration {
     /// Tare of the training recordings; `None` without tare. A tared calibration needs tared gauges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
+    /// Frame of the loads: that of the reference loads of the recordings. `None` for the frame in which they were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<SensorFrame>,
 }
 
 /// Stands for an unknown limit: above every gauge reading and load, but within the range of single precision.

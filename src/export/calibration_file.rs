@@ -170,6 +170,7 @@ mod tests {
                 sha256: Some("ba78".to_owned()),
             }],
             tare: None,
+            frame: None,
             gauges,
         }
     }

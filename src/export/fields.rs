@@ -109,6 +109,16 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
         names.zip(clipped_at).map(|(name, ends)| in_calibration(name, clipped, Numbers(ends))),
     );
     fields.extend(calibration.rate_hz.map(|rate| in_calibration("rate_hz", "", Number(rate))));
+    if let Some(frame) = calibration.frame {
+        let turn = "angles of the gauge frame about the fixed axes x, y, z of the sensor frame (degrees), in this order";
+        let shift = "origin of the gauge frame in the sensor frame (m)";
+        for (name, about, numbers) in [
+            ("turn_degrees", turn, frame.turn_degrees),
+            ("shift_metres", shift, frame.shift_metres),
+        ] {
+            fields.push(field("frame", name, about, Numbers(numbers.to_vec())));
+        }
+    }
     let tare = calibration.tare.as_ref();
     fields.extend(tare.map(|tare| in_calibration("tared", "", Text(tare.to_string()))));
     fields

@@ -4,6 +4,7 @@
 mod auxiliary;
 mod axis;
 mod channel;
+pub(crate) mod frame;
 mod full_scale;
 pub(crate) mod gap;
 pub(crate) mod identity;
@@ -24,6 +25,7 @@ pub(crate) mod units;
 pub(crate) use auxiliary::{AuxiliaryTable, places, span};
 pub use axis::Axis;
 pub use channel::Channel;
+pub use frame::SensorFrame;
 pub(crate) use full_scale::full_scale_of;
 pub(crate) use identity::Identity;
 pub use identity::Item;

@@ -9,6 +9,7 @@ use crate::{
     recording::{
         auxiliary::AuxiliaryTable,
         axis::Axis,
+        frame::SensorFrame,
         gap::gap_by_steps,
         left_out::LeftOut,
         median::median,
@@ -80,7 +81,9 @@ pub struct Recording {
     gauge_units: Vec<String>,
     gauges: Ranged,
     axes: Vec<Axis>,
-    loads: Ranged,
+    pub(super) loads: Ranged,
+    /// Frame of the loads; `None` for the frame in which they were measured.
+    pub(super) frame: Option<SensorFrame>,
     pub(crate) auxiliary: AuxiliaryTable,
     /// Channels that are only shown. No fit uses them, and their values may be NaN.
     others: AuxiliaryTable,
@@ -118,6 +121,10 @@ pub enum RecordingError {
         "{name}: the {what} are {actual}, but {expected} in the other recordings; use recordings of one sensor with the same reference axes"
     )]
     Layout { name: String, what: &'static str, expected: String, actual: String },
+    #[error(
+        "{name}: the sensor frame adds a part of {missing} to {axis}, but {missing} was not measured; record {missing} too, or change the turn and the shift of the frame"
+    )]
+    Frame { name: String, axis: Axis, missing: Axis },
     #[error(
         "{name}: taring is not possible, because there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
     )]
@@ -160,6 +167,7 @@ impl Recording {
         Ok(Self {
             rate_hz: rate_hz(&times),
             tare: None,
+            frame: None,
             zero_secs: 0.0,
             gap_secs: None,
             offsets: Vec::new(),

@@ -239,6 +239,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         rate_hz: None,
         sources: Vec::new(),
         tare: None,
+        frame: None,
     }
 }
 
