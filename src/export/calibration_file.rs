@@ -171,6 +171,7 @@ mod tests {
             }],
             tare: None,
             frame: None,
+            tool: None,
             gauges,
         }
     }

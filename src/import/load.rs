@@ -24,7 +24,7 @@ use crate::{
         timeline, weigh,
     },
     progress::Progress,
-    recording::Recording,
+    recording::{Recording, Weight},
     shown::listed,
 };
 
@@ -340,7 +340,12 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
+        let weight = map.weight.as_ref().filter(|weight| weight.mounts.is_empty());
+        let tool = weight.and_then(|weight| {
+            Some(Weight { mass_kg: weight.mass_kg?, centre_m: weight.centre_m? })
+        });
         let finished = |recording: Recording| {
+            let recording = recording.with_tool(tool);
             match map.tare {
                 // The tare interval is given in seconds, so taring samples without times is an error.
                 Some(tare) => Ok(recording.tared(tare)?.0),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     axis::Axis,
+    kinetics::Weight,
     recording::{Recording, RecordingError},
     shared::Ranged,
 };
@@ -140,6 +141,18 @@ impl Recording {
         self.frame
     }
 
+    /// Returns the recording with the weight from which its reference load was computed, in the gauge frame.
+    pub(crate) fn with_tool(mut self, tool: Option<Weight>) -> Self {
+        self.tool = tool;
+        self
+    }
+
+    /// Returns the weight from which the reference load was computed, in the frame of the load.
+    pub fn tool(&self) -> Option<Weight> {
+        let frame = self.frame.unwrap_or_default();
+        self.tool.map(|tool| Weight { centre_m: frame.point(tool.centre_m), ..tool })
+    }
+
     /// Returns the recording with its reference load in another frame. A recording without a reference has any frame.
     ///
     /// # Errors
@@ -181,7 +194,9 @@ mod tests {
         assert_eq!(framed.frame(), Some(frame));
         let back = framed.in_frame(None).unwrap();
         assert!(back.loads().iter().zip(measured.loads()).all(|(a, b)| (a - b).abs() < 1e-15));
-        assert_eq!(frame.point([0.0, 1.0, 2.0]), [-0.9, 0.0, 2.0]);
+        let carries = measured.with_tool(Some(Weight { mass_kg: 1.5, centre_m: [0.0, 1.0, 2.0] }));
+        let tool = carries.in_frame(Some(frame)).unwrap().tool();
+        assert_eq!(tool, Some(Weight { mass_kg: 1.5, centre_m: [-0.9, 0.0, 2.0] }));
     }
 
     /// The order of the angles is that of URDF: first about x, then about the fixed y, then about the fixed z.

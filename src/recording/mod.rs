@@ -29,6 +29,7 @@ pub use frame::SensorFrame;
 pub(crate) use full_scale::full_scale_of;
 pub(crate) use identity::Identity;
 pub use identity::Item;
+pub use kinetics::Weight;
 pub use left_out::ValidRange;
 pub(crate) use left_out::{GaugeRange, Judged, LeftOut};
 pub(crate) use load_cases::{SAME_LOAD_SHARE, load_cases};

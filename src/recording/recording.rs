@@ -11,6 +11,7 @@ use crate::{
         axis::Axis,
         frame::SensorFrame,
         gap::gap_by_steps,
+        kinetics::Weight,
         left_out::LeftOut,
         median::median,
         shared::{Ranged, SAMPLES_A_THREAD, Shared, join},
@@ -84,6 +85,8 @@ pub struct Recording {
     pub(super) loads: Ranged,
     /// Frame of the loads; `None` for the frame in which they were measured.
     pub(super) frame: Option<SensorFrame>,
+    /// Weight from which the loads were computed, in the gauge frame; `None` if the loads were measured.
+    pub(super) tool: Option<Weight>,
     pub(crate) auxiliary: AuxiliaryTable,
     /// Channels that are only shown. No fit uses them, and their values may be NaN.
     others: AuxiliaryTable,
@@ -168,6 +171,7 @@ impl Recording {
             rate_hz: rate_hz(&times),
             tare: None,
             frame: None,
+            tool: None,
             zero_secs: 0.0,
             gap_secs: None,
             offsets: Vec::new(),

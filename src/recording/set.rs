@@ -15,6 +15,7 @@ use crate::{
     recording::{
         axis::Axis,
         frame::SensorFrame,
+        kinetics::Weight,
         median::median,
         recording::{Missing, Recording, RecordingError},
         tare::Tare,
@@ -197,6 +198,14 @@ impl RecordingSet {
         let mut entries = self.entries.iter();
         let measured = entries.find(|entry| entry.recording.has_reference())?;
         Some(measured.recording.frame())
+    }
+
+    /// Returns the weight that the sensor carried in all training recordings, in the frame of the loads; `None` if it is not known
+    /// or not always the same.
+    pub fn tool(&self) -> Option<Weight> {
+        let mut tools = in_role(&self.entries, Role::Train).into_iter().map(Recording::tool);
+        let first = tools.next()??;
+        tools.all(|tool| tool == Some(first)).then_some(first)
     }
 
     /// Returns the set with all reference loads in this frame.

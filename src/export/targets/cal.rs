@@ -240,6 +240,7 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         sources: Vec::new(),
         tare: None,
         frame: None,
+        tool: None,
     }
 }
 

@@ -545,6 +545,7 @@ impl Dataset {
             sources: Vec::new(),
             tare: self.key.recordings.tare(),
             frame: self.key.recordings.frame().flatten(),
+            tool: self.key.recordings.tool(),
         })
     }
 
