@@ -119,7 +119,7 @@ impl View {
     fn list(&mut self, ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
         let project = engine.project();
         let mut table = engine.models.table(project, &[errors_on]);
-        table.keep_columns(|column| {
+        table.keep_columns(|_, column| {
             !SAVED_ONLY.contains(&&*column.name) && !column.name.starts_with("± ")
         });
         table::show_sorted(ui, &table, &mut self.sort, 2, &mut |ui, at| {

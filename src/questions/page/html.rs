@@ -18,12 +18,12 @@ use crate::{
         loops::{FiguresOf, Inks, LoopPlot, LoopView},
     },
     recording::Role,
-    report::{Align, Cell, Column, Table, Value as CellValue, figure::Figure},
+    report::{Align, Cell, Column, Table, figure::Figure},
 };
 
-/// Sizes of the figures in points of the page; the page has two figures of either size side by side.
-const FIGURE: (f64, f64) = (440.0, 290.0);
-const TRACE: (f64, f64) = (540.0, 190.0);
+/// Sizes of the figures (SVG units). The page has two figures of either size side by side.
+const FIGURE: (f64, f64) = (620.0, 410.0);
+const TRACE: (f64, f64) = (620.0, 260.0);
 /// Maximum length of the findings on the first page, in characters. Further findings are on the second page.
 const FIRST_FINDINGS: usize = 900;
 
@@ -145,8 +145,7 @@ fn table(table: Table) -> Value {
             Align::Right => "number",
             Align::Anywhere => "hash",
         };
-        let is_empty = cell.value == CellValue::Continued;
-        (class, if is_empty { String::new() } else { cell.text.clone() })
+        (class, cell.text.clone())
     };
     let row = |cells: &[Cell]| table.columns.iter().zip(cells).map(cell).collect::<Vec<_>>();
     let titles: Vec<Cell> = table.columns.iter().map(|own| Cell::words(own.title())).collect();

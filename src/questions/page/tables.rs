@@ -60,14 +60,10 @@ pub fn known(mut table: Table) -> Table {
         }
         notes.extend(reasons);
     }
-    let used: Vec<bool> = (0..table.columns.len())
-        .map(|at| at == 0 || table.rows.iter().any(|row| is_known(&row[at])))
-        .collect();
-    let mut is_used = used.iter();
-    table.columns.retain(|_| is_used.next() == Some(&true));
-    for row in &mut table.rows {
-        let mut is_used = used.iter();
-        row.retain(|_| is_used.next() == Some(&true));
+    let used = |at: usize| at == 0 || table.rows.iter().any(|row| is_known(&row[at]));
+    let used: Vec<bool> = (0..table.columns.len()).map(used).collect();
+    table.keep_columns(|at, _| used[at]);
+    for row in &table.rows {
         let reason = row.iter().find_map(Cell::reason);
         notes.extend(reason.map(|reason| format!("{}: {reason}.", row[0].text)));
     }
