@@ -186,9 +186,8 @@ impl SensorFile {
         let frame = table.remove("frame").map(toml::Value::try_into).transpose();
         let frame: Option<SensorFrame> =
             frame.map_err(|error| format!("frame: {}", in_words(error)))?;
-        if let Some(wrong) = frame.and_then(|frame| frame.wrong()) {
-            return Err(format!("frame: {wrong}"));
-        }
+        let frame = frame.unwrap_or_default().checked();
+        let frame = frame.map_err(|wrong| format!("frame: {wrong}"))?;
         let is_wrong = |(_, load): &(&Axis, &f64)| !(load.is_finite() && **load > 0.0);
         if let Some((axis, load)) = rated_loads.iter().find(is_wrong) {
             return Err(format!(
@@ -196,7 +195,7 @@ impl SensorFile {
             ));
         }
         let identity = toml::Value::Table(table).try_into().map_err(in_words)?;
-        Ok(Self { identity, rated_loads, frame: frame.filter(|frame| !frame.is_identity()) })
+        Ok(Self { identity, rated_loads, frame })
     }
 }
 

@@ -5,6 +5,7 @@ mod auxiliary;
 mod axis;
 mod channel;
 pub(crate) mod frame;
+mod framing;
 mod full_scale;
 pub(crate) mod gap;
 pub(crate) mod identity;

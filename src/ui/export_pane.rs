@@ -171,8 +171,9 @@ fn identity(ui: &mut Ui, engine: &Engine, out: &mut Out) {
                 }
             });
         }
-        let frame = Some(frame).filter(|frame| !frame.is_identity() && frame.wrong().is_none());
-        if frame != engine.project().frame {
+        if let Ok(frame) = frame.checked()
+            && frame != engine.project().frame
+        {
             out.send(Edit::Frame(frame));
         }
         ui.weak("The rated load of each axis is entered in the pane Settings, as its full scale.");
