@@ -163,7 +163,7 @@ fn a_report_of_many_recordings_and_features_is_bounded() {
         let (_, after) = html.split_once(&format!("<section id=\"{section}\"")).unwrap();
         after.split("</section>").next().unwrap().matches("<tr>").count()
     };
-    assert_eq!((rows("recordings"), rows("matrices")), (25, 29));
+    assert_eq!((rows("recordings"), rows("matrices")), (17, 21));
     assert!(!html.contains("no recording"));
 }
 

@@ -22,7 +22,7 @@ use crate::{
 };
 
 /// Sizes of the figures (SVG units). The page has two figures of either size side by side.
-const FIGURE: (f64, f64) = (620.0, 410.0);
+const FIGURE: (f64, f64) = (660.0, 436.0);
 const TRACE: (f64, f64) = (620.0, 260.0);
 /// Maximum length of the findings on the first page, in characters. Further findings are on the second page.
 const FIRST_FINDINGS: usize = 900;

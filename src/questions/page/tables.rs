@@ -12,9 +12,9 @@ use crate::{
 };
 
 /// Maximum number of features (rows) that the report shows of each calibration matrix.
-const MAX_FEATURES: usize = 24;
+const MAX_FEATURES: usize = 16;
 /// Maximum number of recordings (rows) that the report lists.
-const MAX_RECORDINGS: usize = 24;
+const MAX_RECORDINGS: usize = 16;
 /// Number of hexadecimal digits of the SHA-256 of a file that the report shows.
 const HASH_DIGITS: usize = 16;
 
@@ -173,7 +173,7 @@ pub fn recordings(report: &ReportData) -> Table {
         .column(Column::numbers("RMSE of all axes [% FS]"), |ReportRecording { result, .. }| {
             change(pooled(&result.conventional_rmse), pooled(&result.compensated_rmse))
         })
-        .words("File", |entry| entry.used.file.as_deref().unwrap_or("built-in simulated sensor"))
+        .words("File", |entry| entry.used.file.as_deref().unwrap_or("built-in"))
         .column(
             Column { align: Align::Anywhere, ..Column::words("SHA-256, first digits") },
             |entry| match (&entry.used.file, &entry.used.sha256) {
