@@ -33,7 +33,7 @@ public:
     }
 
 private:
-    // {{ gauges }}{{ ', then ' ~ auxiliary if auxiliary }}
+    /* Values: {{ gauges }}{{ ', then ' ~ auxiliary if auxiliary }} */
     void take(const std::vector<double> &values)
     {
         const rclcpp::Time time = now();
