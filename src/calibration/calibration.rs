@@ -31,7 +31,7 @@ use crate::{
     },
     finding::{Finding, Id, Verdict},
     progress::Progress,
-    recording::{Axis, Identity, Recording, Tare, span},
+    recording::{Axis, Identity, Recording, SensorFrame, Tare, Weight, span},
     shown::counted,
 };
 
@@ -228,6 +228,13 @@ pub struct Calibration {
     /// Tare of the training recordings; `None` without tare. A tared calibration needs tared gauges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
+    /// Frame of the loads: that of the reference loads of the recordings. `None` for the frame in which they were measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<SensorFrame>,
+    /// Weight that the sensor carried in the training recordings, where poses gave its load; `None` if unknown. A robot that still
+    /// carries it subtracts its weight.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<Weight>,
 }
 
 /// Stands for an unknown limit: above every gauge reading and load, but within the range of single precision.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{features::FeatureError, progress::Cancelled};
+use crate::{features::FeatureError, progress::Cancelled, recording::Axis};
 
 /// Value of the field `format` of a calibration file.
 pub const FORMAT: &str = "loopscope calibration";
@@ -53,6 +53,10 @@ pub enum CalibrationError {
     Number { field: String, value: f64, least: f64 },
     #[error("the unit of {axis} is {actual:?} where {expected:?} is needed")]
     Unit { axis: &'static str, expected: &'static str, actual: String },
+    #[error(
+        "the sensor frame adds a part of {missing} to {axis}, but the calibration has no {missing}"
+    )]
+    Frame { axis: Axis, missing: Axis },
     #[error("the decimation is 0; it must be 1 (every sample) or more")]
     Decimation,
     #[error("full_scale is 0 on every axis, so the calibration was made without any load")]

@@ -132,7 +132,11 @@ impl ApplyJob {
         }
         run.check_outputs(&written, self.force)?;
         let names_gauges = names_gauges(&self.calibration);
-        let rated = Rated { by_axis: calibration.rated_loads(), ..Rated::default() };
+        let rated = Rated {
+            by_axis: calibration.rated_loads(),
+            frame: calibration.frame,
+            ..Rated::default()
+        };
         let mut all = Vec::new();
         for (at, input) in run.inputs.recordings.iter().enumerate() {
             let recordings = self.read.read(run, slice::from_ref(input), &rated, Needs::Nothing)?;

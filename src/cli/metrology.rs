@@ -121,8 +121,11 @@ impl Work for MetrologyJob {
 impl MetrologyJob {
     fn measured(&self, run: &Run, path: &Path) -> Result<Subject, JobError> {
         let calibration = stored(run, path)?;
-        let rated =
-            Rated { full_scale: self.full_scale.clone(), by_axis: calibration.rated_loads() };
+        let rated = Rated {
+            full_scale: self.full_scale.clone(),
+            by_axis: calibration.rated_loads(),
+            frame: calibration.frame,
+        };
         let recordings = self.read.read(run, &run.inputs.recordings, &rated, Needs::Nothing)?;
         Ok(Subject {
             extents: extents_of(recordings.iter(), &calibration.axes),

@@ -24,8 +24,8 @@ use crate::{
     },
     progress::Progress,
     recording::{
-        Axis, Entry, GaugeRange, Missing, Recording, RecordingSet, Role, Tare, ValidRange,
-        identity::rate,
+        Axis, Entry, GaugeRange, Missing, Recording, RecordingSet, Role, SensorFrame, Tare,
+        ValidRange, identity::rate,
     },
     scoring::faults::{Faults, faults, faults_of},
     shown::and_more,
@@ -41,6 +41,8 @@ pub struct Rated {
     pub full_scale: Vec<f64>,
     /// Rated loads from `sensor.toml` or a calibration, for axes without a value in `full_scale`.
     pub by_axis: BTreeMap<Axis, f64>,
+    /// Frame into which the reference loads are turned and shifted.
+    pub frame: Option<SensorFrame>,
 }
 
 impl Rated {
@@ -267,6 +269,8 @@ impl ReadArgs {
         recordings: Vec<Recording>,
         rated: &Rated,
     ) -> Result<Vec<Recording>, JobError> {
+        let framed = recordings.into_iter().map(|recording| recording.in_frame(rated.frame));
+        let recordings = framed.collect::<Result<Vec<_>, _>>()?;
         let Some(first) = recordings.first() else { return Ok(recordings) };
         let n_gauges = first.n_gauges();
         if let Some(GaugeRange::Each(ranges)) = &self.gauge_range

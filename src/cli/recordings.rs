@@ -68,7 +68,8 @@ impl RecordingArgs {
         if run.inputs.recordings.is_empty() {
             let built_in = simulated::recordings(simulated::DEFAULT_SEED);
             for entry in built_in.entries() {
-                let recording = self.read.tared(run, (*entry.recording).clone())?;
+                let recording = (*entry.recording).clone().in_frame(rated.frame)?;
+                let recording = self.read.tared(run, recording)?;
                 set.push(self.grouped(Entry::new(recording, entry.role), None)?)?;
             }
         }
@@ -130,7 +131,7 @@ pub fn request_of(
     sensor: Option<&Path>,
 ) -> Result<(Request, SensorFile), JobError> {
     let sensor = sensor.map(SensorFile::read).transpose()?.unwrap_or_default();
-    let rated = Rated { by_axis: sensor.rated_loads.clone(), ..model.rated() };
+    let rated = Rated { by_axis: sensor.rated_loads.clone(), frame: sensor.frame, ..model.rated() };
     let recordings = recordings.read(run, &rated)?;
     let mut settings = model.settings(&run.say, &recordings);
     rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);

@@ -79,6 +79,9 @@ impl Work for ReportJob {
                 recordings.push(entry)?;
             }
         }
+        if let Some(calibration) = &stored {
+            request.recordings = Arc::new(request.recordings.in_frame(calibration.frame)?);
+        }
         let names = &request.recordings.layout().gauge_names;
         let range = self.fit.recordings.read.range(request.settings.full_scale.clone());
         let factory = self.factory.as_deref().map(|path| read_factory(path, names)).transpose()?;

@@ -25,7 +25,7 @@ impl Work for SensorJob {
             }
             writeln!(
                 out,
-                "\n# In N and N·m. An axis that is not listed takes the largest load of the recordings.\n[rated_loads]\n# Fx = 100"
+                "\n# In N and N·m. An axis that is not listed takes the largest load of the recordings.\n[rated_loads]\n# Fx = 100\n\n# Frame of the loads: the gauge frame, in which the reference was measured, is turned about the fixed axes x, y, z and then\n# shifted, as in <origin xyz rpy> of URDF.\n[frame]\n# turn_degrees = [0, 0, 90]\n# shift_metres = [0, 0, 0.05]"
             )
         })
     }

@@ -16,8 +16,8 @@ use crate::{
     import::map::ColumnMap,
     questions::{BlockSuggestion, Datasets, Request, View, metrology::MetrologySettings},
     recording::{
-        Axis, Entry, GaugeRange, Identity, Judged, Missing, Recording, RecordingSet, Role, Source,
-        Tare, ValidRange, identity::rate, load_ranges,
+        Axis, Entry, GaugeRange, Identity, Judged, Missing, Recording, RecordingError,
+        RecordingSet, Role, SensorFrame, Source, Tare, ValidRange, identity::rate, load_ranges,
     },
     same::same_where,
     scoring::numbers::round_step,
@@ -87,6 +87,9 @@ pub struct Project {
     pub notes: String,
     #[serde(skip_serializing_if = "Identity::is_empty")]
     pub identity: Identity,
+    /// Frame of the reference loads of all recordings; `None` for the frame in which they were measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frame: Option<SensorFrame>,
     pub settings: FitSettings,
     pub measuring: MetrologySettings,
     /// Minimum and maximum reading of the gauges in the logger's unit, to detect clipping; `None` if the user entered none.
@@ -112,7 +115,7 @@ pub struct Project {
 // Fields that no edit changes (the view and the column maps) are not compared.
 same_where!(Project:
     shared(recordings)
-    value(split, settings, measuring, gauge_range, overload_tolerance, applied, factory, notes, identity, lost)
+    value(split, settings, measuring, gauge_range, overload_tolerance, applied, factory, notes, identity, frame, lost)
     besides(view, maps)
 );
 
@@ -153,6 +156,9 @@ pub enum Edit {
     Notes(String),
     /// Change the identity of the sensor, and date, operator and reference of the calibration.
     Identity(Identity),
+    /// Turn and shift the reference loads of all recordings into another frame; `None` for the frame in which they were
+    /// measured.
+    Frame(Option<SensorFrame>),
     /// Apply this calibration from a file to the recordings; `None` fits a calibration again.
     Apply(Option<FromFile>),
     /// Show the errors of this manufacturer's matrix beside those of the calibration; `None` for none.
@@ -161,6 +167,8 @@ pub enum Edit {
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EditError {
+    #[error(transparent)]
+    Frame(#[from] RecordingError),
     #[error(
         "There is nothing to split: the recordings are off, have no reference, or are too short. Set their role to train or test"
     )]
@@ -238,6 +246,13 @@ impl Project {
             Edit::OverloadTolerance(share) => self.overload_tolerance = Some(share),
             Edit::Notes(notes) => self.notes = notes,
             Edit::Identity(identity) => self.identity = identity,
+            Edit::Frame(frame) => {
+                let recordings = Arc::new(self.recordings.in_frame(frame)?);
+                if let Some(split) = &mut self.split {
+                    split.whole = Arc::new(split.whole.in_frame(frame)?);
+                }
+                (self.recordings, self.frame) = (recordings, frame);
+            }
             Edit::Apply(Some(applied)) => {
                 let loaded = &self.recordings.layout().gauge_names;
                 let wanted = &applied.calibration.gauges;
@@ -248,6 +263,7 @@ impl Project {
                         loaded: loaded.clone(),
                     });
                 }
+                self.make(Edit::Frame(applied.calibration.frame))?;
                 self.take_rated_loads(&applied.calibration);
                 // The items are not mixed, because they may be of two sensors.
                 if !applied.calibration.identity.is_empty() {
@@ -417,9 +433,12 @@ impl Project {
         for recordings in files {
             for recording in recordings {
                 let group = self.group_by_map(&recording);
-                let entry = Entry::with_default_role(recording);
-                let group = group.or_else(|| entry.group.clone());
-                if let Err(error) = set.push(Entry { group, ..entry }) {
+                let pushed = recording.in_frame(self.frame).and_then(|recording| {
+                    let entry = Entry::with_default_role(recording);
+                    let group = group.or_else(|| entry.group.clone());
+                    set.push(Entry { group, ..entry })
+                });
+                if let Err(error) = pushed {
                     refused.push(error.to_string());
                     break; // the other runs of this file have the same columns
                 }
@@ -468,8 +487,10 @@ impl Project {
     /// removed, too.
     ///
     /// # Errors
-    /// [`EditError`] if the manufacturer's matrix is for other gauges. The matrix is then removed.
+    /// [`EditError`] if the manufacturer's matrix is for other gauges (the matrix is then removed), or if the axes of the
+    /// recordings do not suffice for the sensor frame.
     pub fn take_set(&mut self, set: RecordingSet) -> Result<(), EditError> {
+        let set = set.in_frame(self.frame)?;
         if set.layout().axes != self.recordings.layout().axes {
             self.settings.full_scale.clear();
             self.measuring.reversal_thresholds.clear();

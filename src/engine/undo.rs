@@ -102,7 +102,7 @@ mod tests {
     use crate::import::map::ColumnMap;
     use crate::questions::metrology::MetrologySettings;
     use crate::questions::{BlockSuggestion, View};
-    use crate::recording::{Axis, GaugeRange, Identity, Item, Role};
+    use crate::recording::{Axis, GaugeRange, Identity, Item, Role, SensorFrame};
 
     #[test]
     fn steps_with_too_many_numbers_are_removed_except_the_newest() {
@@ -275,6 +275,10 @@ mod tests {
             Edit::Unsplit,
             Edit::Notes("oiled".to_owned()),
             Edit::Identity(identity()),
+            Edit::Frame(Some(SensorFrame {
+                turn_degrees: [0.0, 0.0, 90.0],
+                ..SensorFrame::default()
+            })),
             Edit::GaugeRange(Some(GaugeRange::All((-10.0, 10.0)))),
             Edit::OverloadTolerance(0.1),
             Edit::Apply(Some(calibration())),
@@ -313,6 +317,7 @@ mod tests {
             Edit::GaugeRange(_) => 17,
             Edit::OverloadTolerance(_) => 10,
             Edit::Identity(_) => 18,
+            Edit::Frame(_) => 19,
         }
     }
 
@@ -320,7 +325,7 @@ mod tests {
     fn every_edit_is_undone_and_redone() {
         let own = with_files();
         let edits = every_edit(&own);
-        for at in 0..=18 {
+        for at in 0..=19 {
             let mut places = edits.iter().map(place);
             assert!(places.any(|place| place == at), "edit {at} is not tested");
         }

@@ -171,6 +171,8 @@ mod tests {
                 sha256: Some("ba78".to_owned()),
             }],
             tare: None,
+            frame: None,
+            tool: None,
             gauges,
         }
     }

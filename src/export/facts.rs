@@ -101,6 +101,7 @@ pub(crate) fn settings_of(calibration: &Calibration) -> Vec<(&'static str, Strin
     }));
     let how = quality.cross_validation.as_ref();
     settings.extend(how.map(|how| ("cross-validation", how.to_string())));
+    settings.extend(calibration.frame.map(|frame| ("sensor frame", frame.to_string())));
     settings.extend(calibration.tare.map(|tare| {
         let text = format!("the gauges minus their mean over {tare}; tare before use");
         ("tared", text)

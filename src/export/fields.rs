@@ -115,6 +115,22 @@ fn of_calibration(calibration: &Calibration) -> Vec<Field> {
     fields.extend(calibration.rate_hz.map(|rate| in_calibration("rate_hz", "", Number(rate))));
     let tare = calibration.tare.as_ref();
     fields.extend(tare.map(|tare| in_calibration("tared", "", Text(tare.to_string()))));
+    if let Some(frame) = calibration.frame {
+        let turn = "angles of the gauge frame about the fixed axes x, y, z of the sensor frame (degrees), in this order";
+        let shift = "origin of the gauge frame in the sensor frame (m)";
+        for (name, about, numbers) in [
+            ("turn_degrees", turn, frame.turn_degrees),
+            ("shift_metres", shift, frame.shift_metres),
+        ] {
+            fields.push(field("frame", name, about, Numbers(numbers.to_vec())));
+        }
+    }
+    if let Some(tool) = calibration.tool {
+        let mass = "mass of the weight that the sensor carried in the training recordings (kg)";
+        fields.push(field("tool", "mass_kg", mass, Number(tool.mass_kg)));
+        let centre = "centre of mass of this weight, in the frame of the loads (m)";
+        fields.push(field("tool", "centre_m", centre, Numbers(tool.centre_m.to_vec())));
+    }
     fields
 }
 

@@ -20,7 +20,7 @@ use crate::{
         timeline, weigh,
     },
     progress::Progress,
-    recording::Recording,
+    recording::{Recording, Weight},
     shown::listed,
 };
 
@@ -256,12 +256,19 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        // The tare interval is given in seconds, so taring samples without times is an error.
-        let tared = |recording: Recording| match map.tare {
-            Some(tare) => Ok(recording.tared(tare)?.0),
-            None => Ok(recording),
+        let weight = map.weight.as_ref().filter(|weight| weight.mounts.is_empty());
+        let tool = weight.and_then(|weight| {
+            Some(Weight { mass_kg: weight.mass_kg?, centre_m: weight.centre_m? })
+        });
+        let finished = |recording: Recording| {
+            let recording = recording.with_tool(tool);
+            match map.tare {
+                // The tare interval is given in seconds, so taring samples without times is an error.
+                Some(tare) => Ok(recording.tared(tare)?.0),
+                None => Ok(recording),
+            }
         };
-        let recordings = recordings.into_iter().map(tared);
+        let recordings = recordings.into_iter().map(finished);
         let recordings = recordings.collect::<Result<_, ReadError>>()?;
         Ok(Loaded { recordings, warnings, assumed_gap_secs, map: None, mapped })
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use strum::{EnumIter, EnumString, IntoEnumIterator as _, IntoStaticStr};
 
 use crate::{
-    recording::axis::Axis,
+    recording::{axis::Axis, frame::SensorFrame},
     small_file::{TomlError, read_toml},
 };
 
@@ -158,12 +158,14 @@ impl<'de> Deserialize<'de> for Identity {
     }
 }
 
-/// Content of the file `sensor.toml`: the identity of the sensor, and its rated loads.
+/// Content of the file `sensor.toml`: the identity of the sensor, its rated loads, and its frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensorFile {
     pub identity: Identity,
     /// Rated load of each axis (N, N·m).
     pub rated_loads: BTreeMap<Axis, f64>,
+    /// Frame in which the calibration gives loads; `None` for the frame of the reference load.
+    pub frame: Option<SensorFrame>,
 }
 
 impl SensorFile {
@@ -181,6 +183,11 @@ impl SensorFile {
         let rated: Option<BTreeMap<Axis, f64>> =
             rated.map_err(|error| format!("rated_loads: {}", in_words(error)))?;
         let rated_loads = rated.unwrap_or_default();
+        let frame = table.remove("frame").map(toml::Value::try_into).transpose();
+        let frame: Option<SensorFrame> =
+            frame.map_err(|error| format!("frame: {}", in_words(error)))?;
+        let frame = frame.unwrap_or_default().checked();
+        let frame = frame.map_err(|wrong| format!("frame: {wrong}"))?;
         let is_wrong = |(_, load): &(&Axis, &f64)| !(load.is_finite() && **load > 0.0);
         if let Some((axis, load)) = rated_loads.iter().find(is_wrong) {
             return Err(format!(
@@ -188,7 +195,7 @@ impl SensorFile {
             ));
         }
         let identity = toml::Value::Table(table).try_into().map_err(in_words)?;
-        Ok(Self { identity, rated_loads })
+        Ok(Self { identity, rated_loads, frame })
     }
 }
 
@@ -235,5 +242,17 @@ mod tests {
         assert!(wrong("[rated_loads]\nFx = -3").contains("-3 of Fx"));
         assert!(wrong("[rated_loads]\nFq = 3").contains("Fq"));
         assert!(wrong("serial = ").contains("line 1"));
+        assert!(wrong("[frame]\nturn = [0, 0, 90]").contains("frame"));
+        assert!(wrong("[frame]\nturn_degrees = [0, 0]").contains("frame"));
+        assert!(wrong("[frame]\nturn_degrees = [0, 0, nan]").contains("frame"));
+    }
+
+    #[test]
+    fn a_frame_is_read_and_one_that_changes_nothing_is_none() {
+        let read = |text: &str| SensorFile::from_toml(text).unwrap().frame;
+        let frame =
+            read("[frame]\nturn_degrees = [0, 0, 90]\nshift_metres = [0, 0, 0.05]").unwrap();
+        assert_eq!((frame.turn_degrees[2], frame.shift_metres[2]), (90.0, 0.05));
+        assert_eq!(read("[frame]\nturn_degrees = [0, 0, 0]"), None);
     }
 }

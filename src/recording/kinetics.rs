@@ -2,14 +2,18 @@
 //! quaternion, a rotation vector, or roll, pitch and yaw. If the weight does not accelerate, the force never exceeds `m·g`
 //! except by rounding.
 
+use serde::{Deserialize, Serialize};
+
 /// Standard gravity in m/s².
 pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Attitude R of a sensor: the rows of the rotation matrix from sensor to world coordinates. The world's z axis points up.
 pub type Rotation = [[f64; 3]; 3];
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Weight that a sensor carries, such as a tool.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Weight {
+    /// Mass (kg).
     pub mass_kg: f64,
     /// Centre of mass r of the weight in the sensor's frame (m).
     pub centre_m: [f64; 3],

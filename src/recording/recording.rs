@@ -9,7 +9,9 @@ use crate::{
     recording::{
         auxiliary::AuxiliaryTable,
         axis::Axis,
+        frame::SensorFrame,
         gap::gap_by_steps,
+        kinetics::Weight,
         left_out::LeftOut,
         median::median,
         shared::{Ranged, SAMPLES_A_THREAD, Shared, join},
@@ -80,7 +82,11 @@ pub struct Recording {
     gauge_units: Vec<String>,
     gauges: Ranged,
     axes: Vec<Axis>,
-    loads: Ranged,
+    pub(super) loads: Ranged,
+    /// Frame of the loads; `None` for the frame in which they were measured.
+    pub(super) frame: Option<SensorFrame>,
+    /// Weight from which the loads were computed, in the gauge frame; `None` if the loads were measured.
+    pub(super) tool: Option<Weight>,
     pub(crate) auxiliary: AuxiliaryTable,
     /// Channels that are only shown. No fit uses them, and their values may be NaN.
     others: AuxiliaryTable,
@@ -118,6 +124,10 @@ pub enum RecordingError {
         "{name}: the {what} are {actual}, but {expected} in the other recordings; use recordings of one sensor with the same reference axes"
     )]
     Layout { name: String, what: &'static str, expected: String, actual: String },
+    #[error(
+        "{name}: the sensor frame adds a part of {missing} to {axis}, but {missing} was not measured; record {missing} too, or change the turn and the shift of the frame"
+    )]
+    Frame { name: String, axis: Axis, missing: Axis },
     #[error(
         "{name}: taring is not possible, because there is no sample from {from} s to {to} s; the recording is {duration_secs} s long"
     )]
@@ -160,6 +170,8 @@ impl Recording {
         Ok(Self {
             rate_hz: rate_hz(&times),
             tare: None,
+            frame: None,
+            tool: None,
             zero_secs: 0.0,
             gap_secs: None,
             offsets: Vec::new(),

@@ -1,6 +1,7 @@
 //! The loaded recordings and their roles.
 //!
-//! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order. A recording without gauges
+//! Guarantees: all recordings of a set have the same gauges and the same axes, in the same order, and their reference loads are
+//! in one frame. A recording without gauges
 //! or without a reference may be loaded, but is neither fitted nor scored.
 
 pub(super) mod groups;
@@ -13,6 +14,8 @@ use strum::IntoStaticStr;
 use crate::{
     recording::{
         axis::Axis,
+        frame::SensorFrame,
+        kinetics::Weight,
         median::median,
         recording::{Missing, Recording, RecordingError},
         tare::Tare,
@@ -180,8 +183,41 @@ impl RecordingSet {
                 [&layout.axes[..], axes].map(|axes| Axis::symbols(axes).join(" "));
             return differ("reference axes", expected, actual);
         }
+        let mut entry = entry;
+        if let Some(frame) = self.frame()
+            && entry.recording.frame() != frame
+        {
+            entry.recording = Arc::new(Recording::clone(&entry.recording).in_frame(frame)?);
+        }
         self.entries.push(entry);
         Ok(())
+    }
+
+    /// Returns the frame of the reference loads; the outer `None` if no recording has a reference.
+    pub fn frame(&self) -> Option<Option<SensorFrame>> {
+        let mut entries = self.entries.iter();
+        let measured = entries.find(|entry| entry.recording.has_reference())?;
+        Some(measured.recording.frame())
+    }
+
+    /// Returns the weight that the sensor carried in all training recordings, in the frame of the loads; `None` if it is not known
+    /// or not always the same.
+    pub fn tool(&self) -> Option<Weight> {
+        let mut tools = in_role(&self.entries, Role::Train).into_iter().map(Recording::tool);
+        let first = tools.next()??;
+        tools.all(|tool| tool == Some(first)).then_some(first)
+    }
+
+    /// Returns the set with all reference loads in this frame.
+    ///
+    /// # Errors
+    /// [`RecordingError::Frame`] if the frame mixes an axis with one that was not measured.
+    pub fn in_frame(&self, frame: Option<SensorFrame>) -> Result<Self, RecordingError> {
+        let mut set = self.clone();
+        for entry in set.entries.iter_mut().filter(|entry| entry.recording.frame() != frame) {
+            entry.recording = Arc::new(Recording::clone(&entry.recording).in_frame(frame)?);
+        }
+        Ok(set)
     }
 
     /// Sets the role of a recording. A recording without gauges or without a reference keeps the role "off". An unknown index

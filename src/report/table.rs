@@ -346,9 +346,10 @@ impl Table {
         order
     }
 
-    /// Removes all other columns.
-    pub(crate) fn keep_columns(&mut self, is_kept: impl Fn(&Column) -> bool) {
-        let kept: Vec<bool> = self.columns.iter().map(is_kept).collect();
+    /// Removes all other columns. `is_kept` gets the index and the head of a column.
+    pub(crate) fn keep_columns(&mut self, is_kept: impl Fn(usize, &Column) -> bool) {
+        let columns = self.columns.iter().enumerate();
+        let kept: Vec<bool> = columns.map(|(at, column)| is_kept(at, column)).collect();
         for row in &mut self.rows {
             let mut at = kept.iter();
             row.retain(|_| *at.next().unwrap_or(&true));

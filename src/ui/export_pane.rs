@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Label, Rect, RichText, TextEdit, Ui, UiBuilder};
+use egui::{DragValue, Label, Rect, RichText, TextEdit, Ui, UiBuilder};
 
 use crate::{
     calibration::Calibration,
@@ -40,6 +40,8 @@ const REMARK_WIDTH: f32 = 110.0;
 const LEAST_WIDTH: f32 = 700.0;
 /// File name ending of the report.
 const REPORT: &str = "html";
+/// Explanation of the fields of the sensor frame.
+const FRAME: &str = "Frame in which the calibration gives loads, such as a robot's flange. The gauge frame, in which the reference was measured, is turned about the fixed axes x, y, z of this frame, in this order, and its origin lies at the given point. The reference loads are turned and shifted before the fit";
 /// Minimum width of a field of the identity, in points.
 const FIELD: f32 = 138.0;
 /// Items of the identity that are always in sight.
@@ -150,6 +152,24 @@ fn identity(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     egui::CollapsingHeader::new("More about the sensor").show(ui, |ui| {
         let others = Item::all().filter(|item| !IN_SIGHT.contains(item));
         fields(ui, &others.collect::<Vec<_>>());
+        let mut frame = engine.project().frame.unwrap_or_default();
+        for (label, values, unit, speed) in [
+            ("Turn of the gauge frame about x, y, z", &mut frame.turn_degrees, "°", 1.0),
+            ("Origin of the gauge frame x, y, z", &mut frame.shift_metres, " m", 1e-3),
+        ] {
+            ui.horizontal_wrapped(|ui| {
+                let label = ui.label(label).on_hover_text(FRAME);
+                for value in values {
+                    let field = DragValue::new(value).speed(speed).suffix(unit);
+                    ui.add(field.update_while_editing(false)).labelled_by(label.id);
+                }
+            });
+        }
+        if let Ok(frame) = frame.checked()
+            && frame != engine.project().frame
+        {
+            out.send(Edit::Frame(frame));
+        }
         ui.weak("The rated load of each axis is entered in the pane Settings, as its full scale.");
     });
     if edited != *identity {

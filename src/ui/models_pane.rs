@@ -124,7 +124,7 @@ fn listed(engine: &Engine, by: &[ScoreSet], shown: &[ScoreSet]) -> (Vec<usize>, 
 fn list(ui: &mut Ui, engine: &Engine, errors_on: ScoreSet, out: &mut Out) {
     let project = engine.project();
     let (order, mut table) = listed(engine, &[errors_on], &[errors_on]);
-    table.keep_columns(|column| {
+    table.keep_columns(|_, column| {
         !SAVED_ONLY.contains(&&*column.name) && !column.name.starts_with("± ")
     });
     table::show_led(ui, &table, 2, &mut |ui, at| {

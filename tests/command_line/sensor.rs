@@ -40,6 +40,94 @@ fn every_export_contains_the_identity_of_the_sensor() {
     assert_eq!((standard.len(), standard[0].as_array().unwrap().len()), (1, 3));
 }
 
+const FRAME: &str = "[frame]\nturn_degrees = [10, -20, 35]\nshift_metres = [0.02, -0.03, 0.05]\n";
+
+/// Matrix of the frame above, from NumPy: `[[R, 0], [[p]x R, R]]` with R = Rz(35°) Ry(-20°) Rx(10°).
+fn load_matrix() -> [[f64; 6]; 6] {
+    let [(sx, cx), (sy, cy), (sz, cz)] = [10.0_f64, -20.0, 35.0].map(|a| a.to_radians().sin_cos());
+    let turn = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ];
+    let shift = [0.02, -0.03, 0.05];
+    let mut matrix = [[0.0; 6]; 6];
+    for i in 0..3 {
+        for j in 0..3 {
+            (matrix[i][j], matrix[i + 3][j + 3]) = (turn[i][j], turn[i][j]);
+            let (a, b) = ((i + 1) % 3, (i + 2) % 3);
+            matrix[i + 3][j] = shift[a] * turn[b][j] - shift[b] * turn[a][j];
+        }
+    }
+    matrix
+}
+
+/// Least squares commutes with a matrix that mixes the loads, so the matrix in a frame is the product of the frame's matrix and
+/// the matrix without a frame.
+#[test]
+fn every_exported_matrix_is_in_the_sensor_frame() {
+    let workshop = Workshop::new();
+    let mut text = "t [s],S1,S2,S3,S4,S5,S6,Fx,Fy,Fz,Mx,My,Mz\n".to_owned();
+    for k in 0..400 {
+        let t = f64::from(k) / 20.0;
+        let loads: Vec<f64> =
+            (0..6).map(|axis| (t * (0.7 + 0.31 * f64::from(axis))).sin() * 5.0).collect();
+        let gauges = (0..6).map(|gauge| {
+            let noise = 0.01 * (13.0 * t * f64::from(gauge + 1)).cos();
+            loads[gauge as usize] * 2.0 + 0.3 * loads[(gauge as usize + 1) % 6] + noise
+        });
+        let cells: Vec<String> =
+            gauges.chain(loads.iter().copied()).map(|value| value.to_string()).collect();
+        text += &format!("{t},{}\n", cells.join(","));
+    }
+    workshop.write("a.csv", text);
+    workshop.write("sensor.toml", FRAME);
+    let fitted = |sensor: &[&str], name: &str| {
+        let endings = ["json", "csv", "yaml", "h", "py", "rs", "m", "cal", "inc"];
+        let exports: Vec<String> = endings.map(|ending| format!("{name}.{ending}")).into();
+        let mut words = vec!["fit", "--train", "a.csv", "--look-back", "none"];
+        words.extend(sensor);
+        exports.iter().for_each(|export| words.extend(["--export", export]));
+        succeed(workshop.path(), &words);
+        exports
+    };
+    fitted(&[], "plain");
+    let exports = fitted(&["--sensor", "sensor.toml"], "framed");
+    let matrix = |name: &str| -> Vec<Vec<f64>> {
+        let calibration = json(&workshop.read(name));
+        serde_json::from_value(calibration["conventional"]["matrix"].clone()).unwrap()
+    };
+    let (plain, framed) = (matrix("plain.json"), matrix("framed.json"));
+    for (row, frame) in framed.iter().zip(load_matrix()) {
+        for (gauge, found) in row.iter().enumerate() {
+            let expected: f64 = (0..6).map(|axis| frame[axis] * plain[axis][gauge]).sum();
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+    }
+    for export in exports {
+        let text = workshop.read(&export);
+        assert!(
+            text.contains("turn_degrees") || text.contains("turned by 10, -20, 35"),
+            "{export}"
+        );
+        let numbers = text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c)));
+        let numbers: Vec<f64> = numbers.filter_map(|word| word.parse().ok()).collect();
+        for coefficient in framed.iter().flat_map(|row| &row[..6]) {
+            let is_it = |number: &f64| (number - coefficient).abs() < 1e-12;
+            assert!(numbers.iter().any(is_it), "{export} lacks {coefficient}");
+        }
+    }
+}
+
+#[test]
+fn a_frame_that_mixes_an_unmeasured_axis_is_refused() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("sensor.toml", FRAME);
+    let refused = run(workshop.path(), &["fit", "--train", "a.csv", "--sensor", "sensor.toml"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(stderr(&refused).contains("Fx was not measured") || stderr(&refused).contains("Fx"));
+}
+
 #[test]
 fn a_wrong_sensor_description_is_refused_before_recordings_are_read() {
     let workshop = Workshop::with_recordings();

@@ -154,6 +154,116 @@ fn the_example_for_arduino_compiles() {
     assert_eq!(library["headers"], "arm.h");
 }
 
+/// Declarations of ROS 2 that the node uses, and a `spin` that feeds it messages: good, without a number, of the wrong length, from the
+/// past, and good again.
+const ROS: &str = r#"
+    #include <cmath>
+    #include <cstdint>
+    #include <cstdio>
+    #include <functional>
+    #include <memory>
+    #include <string>
+    #include <vector>
+    static double clock_secs = 0;
+    static std::function<void(const std::vector<double> &)> deliver;
+    namespace rclcpp {
+    struct Time { double secs; double seconds() const { return secs; } };
+    struct Clock {};
+    struct Logger {};
+    struct SensorDataQoS {};
+    template <class T> struct Publisher {
+        typedef std::shared_ptr<Publisher> SharedPtr;
+        void publish(const T &message) { message.print(); }
+    };
+    template <class T> struct Subscription { typedef std::shared_ptr<Subscription> SharedPtr; };
+    struct Node {
+        explicit Node(const char *) {}
+        template <class T> T declare_parameter(const char *, T value) { return value; }
+        template <class T> typename Publisher<T>::SharedPtr create_publisher(const char *, SensorDataQoS)
+        {
+            return std::make_shared<Publisher<T>>();
+        }
+        template <class T, class F>
+        typename Subscription<T>::SharedPtr create_subscription(const char *, SensorDataQoS, F callback)
+        {
+            deliver = [callback](const std::vector<double> &data) { T message; message.data = data; callback(message); };
+            return std::make_shared<Subscription<T>>();
+        }
+        Time now() { return {clock_secs}; }
+        Logger get_logger() { return {}; }
+        std::shared_ptr<Clock> get_clock() { return std::make_shared<Clock>(); }
+    };
+    inline void init(int, char **) {}
+    inline void shutdown() {}
+    inline void spin(std::shared_ptr<Node>)
+    {
+        const size_t n = INPUTS;
+        std::vector<double> good(n, 0.25), bad(n, 0.25);
+        bad[0] = NAN;
+        const std::vector<double> messages[] = {good, bad, std::vector<double>(n + 1, 0.25), good, good};
+        const double times[] = {10, 10.05, 10.1, 5, 10.15};
+        for (int at = 0; at < 5; at++) {
+            clock_secs = times[at];
+            deliver(messages[at]);
+        }
+    }
+    }
+    #define RCLCPP_WARN_THROTTLE(logger, clock, ms, ...) \
+        do { (void)(logger); (void)(clock); std::fprintf(stderr, __VA_ARGS__); } while (0)
+    namespace std_msgs { namespace msg {
+    struct Float64MultiArray { std::vector<double> data; };
+    struct UInt8 { uint8_t data; void print() const { std::printf("status %d\n", data); } };
+    } }
+    namespace geometry_msgs { namespace msg {
+    struct Vector3 { double x, y, z; };
+    struct WrenchStamped {
+        struct { rclcpp::Time stamp; std::string frame_id; } header;
+        struct { Vector3 force, torque; } wrench;
+        void print() const { std::printf("load %g %.17g %g\n", header.stamp.secs, wrench.force.x, wrench.torque.z); }
+    };
+    } }
+"#;
+
+/// Compiles the node and runs it: with ROS 2 if it is installed, and here against the declarations above. Only the two good messages
+/// with a time that does not go back have a load.
+#[test]
+fn the_node_for_ros_2_publishes_no_stale_load() {
+    if !is_there("g++", &["--version"]) {
+        return;
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let mut arm = calibration(every_block(), Regressor::Linear);
+    arm.gauges[1] = "*/ #error \\".to_owned();
+    let all = [("arm", arm), ("warm", drifting(Regressor::Linear))];
+    for (name, calibration) in all {
+        write_calibration(&calibration, &directory.path().join(format!("{name}/"))).unwrap();
+        let folder = directory.path().join(name);
+        let n_inputs = calibration.gauges.len() + calibration.features.auxiliary.len();
+        for header in [
+            "rclcpp/rclcpp.hpp",
+            "std_msgs/msg/float64_multi_array.hpp",
+            "std_msgs/msg/u_int8.hpp",
+            "geometry_msgs/msg/wrench_stamped.hpp",
+        ] {
+            let header = folder.join("stubs").join(header);
+            fs::create_dir_all(header.parent().unwrap()).unwrap();
+            fs::write(header, "#include <ros.hpp>\n").unwrap();
+        }
+        let ros = format!("#pragma once\n#define INPUTS {n_inputs}\n{ROS}");
+        fs::write(folder.join("stubs/ros.hpp"), ros).unwrap();
+        let program = folder.join("node");
+        let mut compile = Command::new("g++");
+        compile.args(["-std=c++17", "-Wall", "-Wextra", "-Werror", "-I"]).arg(folder.join("stubs"));
+        compile.arg("-I").arg(folder.join("src")).arg("-o").arg(&program);
+        succeed(compile.arg(folder.join("ros2/node.cpp")));
+        let printed = succeed(&mut Command::new(&program));
+        let times = printed.lines().filter_map(|line| line.strip_prefix("load "));
+        let times: Vec<&str> = times.filter_map(|line| line.split(' ').next()).collect();
+        assert_eq!(times, ["10", "10.15"], "{name}: {printed}");
+        assert_eq!(printed.matches("status").count(), 4, "{name}: {printed}");
+    }
+}
+
 #[test]
 fn every_language_passes_its_own_test() {
     let directory = tempfile::tempdir().unwrap();

@@ -5,6 +5,7 @@ use std::process::Command;
 use std::sync::Arc;
 
 use loopscope::calibration::FitSettings;
+use loopscope::features::Play;
 use loopscope::finding::Id;
 use loopscope::progress::Progress;
 use loopscope::questions::Request;
@@ -112,13 +113,15 @@ fn notes_and_the_errors_of_the_factory_are_in_the_report_as_text() {
     assert!(text.contains("calibration that the sensor came with"));
 }
 
-const SECTIONS: [&str; 9] = [
-    "warnings",
+/// Sections of a report on a sensor with one axis, in their order. The first five make the first page.
+const SECTIONS: [&str; 10] = [
     "scores",
-    "settings",
-    "thresholds",
-    "loops",
+    "budget",
+    "loop",
+    "expected-error",
+    "findings",
     "errors",
+    "thresholds",
     "metrology",
     "matrices",
     "recordings",
@@ -133,17 +136,35 @@ fn a_report_is_well_formed_and_complete_for_any_file_names() {
     let html = written(&data, &directory.path().join("r.html"));
     let (names, text) = parsed(&html);
     assert!(text.contains("<script>alert('1')</script> & \"q\" ]]> --> \\u{1b}[31m \\u{202e}"));
-    for section in SECTIONS {
-        assert!(html.contains(&format!("<section id=\"{section}\"")), "{section}");
-    }
-    let place = |section: &str| html.find(&format!("<section id=\"{section}\""));
-    assert!(place("budget").is_some() && place("budget") < place("warnings"));
+    let places = SECTIONS.map(|section| html.find(&format!(" id=\"{section}\"")).expect(section));
+    assert!(places.is_sorted());
     // The figures are curves over both thresholds, one loop, one trace, and two figures with the gauges of each recording.
     assert_eq!(names.iter().filter(|name| *name == "svg").count(), 6);
     for unwanted in ["script", "img", "link", "src", "href", "onload"] {
         assert!(!names.contains(&unwanted.to_owned()), "{unwanted}");
     }
     assert!(!html.contains("url(") && !html.contains("@import"));
+}
+
+/// The report is printed on at most six pages: no page is begun by force, long tables end early, and a feature that the model
+/// does not use has no figure.
+#[test]
+fn a_report_of_many_recordings_and_features_is_bounded() {
+    let directory = tempfile::tempdir().unwrap();
+    let roles = [[Role::Train; 40], [Role::Test; 40]].concat();
+    let mut settings = FitSettings::default();
+    settings.features.look_backs.clear();
+    settings.features.blocks.set(&Play, (1..=20).map(|at| 0.1 * f64::from(at)).collect());
+    let data = report(&Request::fit(hostile_set(&roles), settings));
+    assert!(data.thresholds.is_err());
+    let html = written(&data, &directory.path().join("r.html"));
+    assert!(!html.contains("break-before") && !html.contains("id=\"thresholds\""));
+    let rows = |section: &str| {
+        let (_, after) = html.split_once(&format!("<section id=\"{section}\"")).unwrap();
+        after.split("</section>").next().unwrap().matches("<tr>").count()
+    };
+    assert_eq!((rows("recordings"), rows("matrices")), (17, 21));
+    assert!(!html.contains("no recording"));
 }
 
 /// Only two addresses are allowed: the name space of SVG, which is not fetched, and a text in the name of the recording.
@@ -188,7 +209,7 @@ fn a_report_is_not_half_written() {
     assert!(message.contains("read-only"), "{message}");
 }
 
-/// A browser must find the last section and every figure of the page.
+/// A browser must find the last section and every figure of the page, and print it on at most six pages.
 #[test]
 fn a_browser_reads_the_report() {
     let browsers = ["chromium", "chromium-browser", "google-chrome"];
@@ -213,4 +234,15 @@ fn a_browser_reads_the_report() {
     assert!(dom.contains("<section id=\"recordings\""), "{dom}");
     assert_eq!(dom.matches("<svg").count(), 4);
     assert!(!dom.contains("<script"));
+    let printed = directory.path().join("r.pdf");
+    let print = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer"])
+        .arg(format!("--user-data-dir={}", directory.path().join("profile").display()))
+        .arg(format!("--print-to-pdf={}", printed.display()))
+        .arg(&path)
+        .output();
+    assert!(print.unwrap().status.success());
+    let pdf = std::fs::read(printed).unwrap();
+    let pages = String::from_utf8_lossy(&pdf).matches("/Type /Page\n").count();
+    assert!((1..=6).contains(&pages), "{pages} pages");
 }

@@ -240,6 +240,8 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         rate_hz: None,
         sources: Vec::new(),
         tare: None,
+        frame: None,
+        tool: None,
     }
 }
 

@@ -528,6 +528,8 @@ impl Dataset {
             rate_hz: self.key.recordings.rate_hz(Role::Train),
             sources: Vec::new(),
             tare: self.key.recordings.tare(),
+            frame: self.key.recordings.frame().flatten(),
+            tool: self.key.recordings.tool(),
         })
     }
 

@@ -14,7 +14,7 @@ use crate::{
     calibration::{Calibration, CalibrationError, FactoryScores, loads_from_gauges},
     column::column,
     export::{ReadCalibrationError, name_gauges, names_gauges, read_calibration},
-    recording::{Axis, Entry, Role},
+    recording::{Axis, Entry, Role, SensorFrame, frame::change_frame},
 };
 
 /// Reads the factory calibration for a comparison; see [`Request::factory`](crate::questions::Request::factory). If the file
@@ -43,13 +43,22 @@ pub struct Factory {
 }
 
 impl Factory {
+    /// Computes the loads of the factory calibration in the frame of the reference loads.
     pub fn new(calibration: &Calibration, entries: &[Entry]) -> Result<Self, CalibrationError> {
         for entry in entries {
             calibration.check_gauges(&entry.recording)?;
         }
-        let loads: Vec<Vec<f64>> = (entries.par_iter())
+        let mut loads: Vec<Vec<f64>> = (entries.par_iter())
             .map(|entry| loads_from_gauges(&calibration.conventional, &entry.recording))
             .collect();
+        let measured = entries.iter().find(|entry| entry.recording.has_reference());
+        let frame = measured.map_or(calibration.frame, |entry| entry.recording.frame());
+        if frame != calibration.frame {
+            let matrix = SensorFrame::between(calibration.frame, frame, &calibration.axes);
+            let matrix =
+                matrix.map_err(|(axis, missing)| CalibrationError::Frame { axis, missing })?;
+            loads.par_iter_mut().for_each(|loads| *loads = change_frame(loads, &matrix));
+        }
         let mut factory = Self {
             offsets: vec![0.0; calibration.axes.len()],
             axes: calibration.axes.clone(),

@@ -4,7 +4,10 @@
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use super::data::{ReportCurves, ReportData, ReportErrors, ReportRecording};
+use super::{
+    data::{ReportCurves, ReportData, ReportErrors, ReportRecording},
+    tables::pooled,
+};
 use crate::{
     calibration::{Calibration, ExpectedError},
     export::used_recordings,
@@ -118,13 +121,19 @@ pub fn report(asked: &ReportRequest, progress: &Progress) -> Result<ReportData, 
     drop(analyst);
     progress.advance(1);
     let mut warnings = warnings(&analysis);
-    let (thresholds, check) = if analysis.fitted {
-        let thresholds = thresholds(request, &progress.part(), &mut warnings);
+    let not_fitted = || "The calibration was not fitted to these recordings.".to_owned();
+    let check = if analysis.fitted {
         let data = CheckData::of(request, asked.range.clone());
-        (or_reason(thresholds)?, or_reason(sufficiency(&data, &progress.part()))?)
+        or_reason(sufficiency(&data, &progress.part()))?
     } else {
-        let not_fitted = "The calibration was not fitted to these recordings.".to_owned();
-        (Err(not_fitted.clone()), Err(not_fitted))
+        Err(not_fitted())
+    };
+    let thresholds = if !analysis.fitted {
+        Err(not_fitted())
+    } else if request.settings.features.look_backs.is_empty() {
+        Err("The calibration has no look-back, so it has no thresholds.".to_owned())
+    } else {
+        or_reason(thresholds(request, &progress.part(), &mut warnings))?
     };
     progress.advance(1);
     let of = TableOf::usual(&applied.recordings);
@@ -223,14 +232,9 @@ fn recordings(set: &RecordingSet, results: Vec<RecordingResult>) -> Vec<ReportRe
 
 /// Returns the recording with the largest compensated error relative to full scale, and a description of the choice.
 fn worst(set: &RecordingSet, analysis: &Analysis) -> Option<(usize, &'static str)> {
-    let full_scale = &analysis.calibration.full_scale;
     let badness = |at: usize| -> Option<f64> {
         let rmse = analysis.recordings[at].compensated_rmse.as_ref()?;
-        let shares = rmse
-            .iter()
-            .zip(full_scale)
-            .map(|(rmse, full)| if *full > 0.0 { (rmse / full).powi(2) } else { 0.0 });
-        Some(shares.sum())
+        Some(pooled(rmse, &analysis.calibration.full_scale))
     };
     let in_role = |role: Role| {
         let entries = set.entries().iter().enumerate();
@@ -300,10 +304,8 @@ fn curves(
     let shown = ShownFTh::of(map.distance);
     let groups = [Measure::Forces, Measure::Moments].into_iter();
     let groups = groups.filter(|group| group.weights(&map.scale).is_some());
-    let settings = &request.settings;
-    let has_look_back = !settings.features.look_backs.is_empty();
     let marked = |group: Measure, along: Along, value: f64| Figure {
-        marked: has_look_back.then_some(value),
+        marked: Some(value),
         ..threshold_curve(map, group, along, at, None, &|_| color::SCORE)
     };
     let plots = groups.flat_map(|group| {
@@ -313,12 +315,9 @@ fn curves(
         ]
     });
     let plots = plots.collect();
-    let mut about = if has_look_back {
-        "Root mean squared error against each threshold of the look-back. Vertical lines mark the thresholds of the fit.".to_owned()
-    } else {
-        "The fit has no look-back. The curves show the errors with a look-back added to the features of the fit.".to_owned()
-    };
-    if settings.regressor.learner().is_some() {
+    let mut about =
+        "Root mean squared error against each threshold of the look-back. Vertical lines mark the thresholds of the fit.".to_owned();
+    if request.settings.regressor.learner().is_some() {
         about.push_str(
             " The curves show the errors of the linear regressor, because only this regressor is fitted at every threshold.",
         );

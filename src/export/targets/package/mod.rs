@@ -23,6 +23,7 @@ use crate::{
     },
     features::AuxiliaryChannel,
     formats::npz::zipped,
+    recording::Axis,
     shown::joined,
 };
 
@@ -50,7 +51,7 @@ macro_rules! template {
     };
 }
 
-const TEMPLATES: [(&str, &str); 11] = [
+const TEMPLATES: [(&str, &str); 14] = [
     template!("README.md", "README.md"),
     template!("main.c", "main.c"),
     template!("shared.c", "shared.c"),
@@ -58,6 +59,9 @@ const TEMPLATES: [(&str, &str); 11] = [
     template!("library.json", "library.json"),
     template!("library.properties", "library.properties"),
     template!("examples/read_load/read_load.ino", "sketch.ino"),
+    template!("ros2/node.cpp", "ros_node.cpp"),
+    template!("ros2/CMakeLists.txt", "ros_CMakeLists.txt"),
+    template!("ros2/package.xml", "ros_package.xml"),
     template!("python/selftest.py", "selftest.py"),
     template!("python/shared.py", "shared.py"),
     template!("rust/selftest.rs", "selftest.rs"),
@@ -127,6 +131,13 @@ fn values(
         m_name,
         version => env!("CARGO_PKG_VERSION"),
         n_gauges => calibration.gauges.len(),
+        n_inputs => calibration.gauges.len() + channels.len(),
+        wrench => Axis::ALL.map(|axis| {
+            let part = if axis.is_force() { "force" } else { "torque" };
+            let along = axis.symbol()[1..].to_lowercase();
+            let at = calibration.axes.iter().position(|known| *known == axis);
+            (format!("{part}.{along}"), at)
+        }),
         n_axes => calibration.axes.len(),
         gauges => for_block_comment(&calibration.gauges.join(", ")),
         n_auxiliary => channels.len(),
