@@ -41,7 +41,8 @@ pub fn table_by(
     rules: &Rules<'_>,
     lags: impl FnOnce() -> Result<Lags, Cancelled>,
 ) -> Result<Metrology, MetrologyError> {
-    let cases = joined_cases(runs);
+    // A single table whose rows have an order is measured as it is. Load cases have no order, and are joined.
+    let cases = joined_cases(runs).filter(|_| runs.len() > 1);
     let measured = match &cases {
         None => Measured::of(runs, rules)?,
         Some((reference_axes, [times, reference, conventional, compensated])) => {
@@ -65,7 +66,8 @@ pub fn table_by(
     let responses = responses(&measured);
     let lags = lags()?;
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
-    let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
+    let is_joined = cases.is_some();
+    let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis, is_joined);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
     let by_axis: Vec<AxisFigures> = if n_samples > MANY_SAMPLES {
         (0..axes.len()).map(of_axis).collect()
@@ -117,6 +119,7 @@ impl AxisFigures {
         responses: &[Found<Response>],
         lags: &Lags,
         axis: usize,
+        is_joined: bool,
     ) -> Self {
         let view = match measured.axis(axis) {
             Ok(view) => view,
@@ -127,7 +130,12 @@ impl AxisFigures {
             crosstalk.into_iter().chain(error_figures(&view, output))
         };
         if measured.runs.iter().any(|columns| columns.run.is_static) {
-            let figures = |output| common(output).chain(case_figures(&view, output)).collect();
+            // The branches of a single table show its hysteresis.
+            let loops = (!is_joined).then(|| LoopRows::of(&view));
+            let figures = |output| {
+                let of_loops = loops.iter().flat_map(|loops| loops.figures(output));
+                of_loops.chain(common(output)).chain(case_figures(&view, output)).collect()
+            };
             return Self {
                 outputs: std::array::from_fn(figures),
                 missing: Some(Reason::NoTimes { axis: view.axis }),

@@ -84,6 +84,32 @@ fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
     axes.iter().map(of_axis).collect()
 }
 
+/// A table without times goes up and down three times. Its output is 0.2 N below the load on the way up and 0.2 N above it on
+/// the way down, or equal to the load.
+#[test]
+fn the_branches_of_a_table_without_times_show_the_hysteresis_of_a_computed_load() {
+    let cycle = (0..10).chain((1..=10).rev());
+    let load: Vec<f64> = cycle.cycle().take(61).map(f64::from).collect();
+    let way = |at: usize| match at % 20 {
+        0 | 10 => 0.0,
+        up if up < 10 => -0.2,
+        _ => 0.2,
+    };
+    let output = load.iter().enumerate().map(|(at, load)| load + way(at)).collect();
+    let one = One::new(load, output);
+    let table = |of: &One| {
+        let run = Run { is_static: true, ..of.run() };
+        table_of(&[run], &[Axis::Fz], &[10.0])
+    };
+    let of_table = table(&one);
+    let cell = of_table.cell(Quantity::Hysteresis, Axis::Fz).unwrap();
+    let [late, even] =
+        [&cell.conventional, &cell.compensated].map(|own| own.as_ref().unwrap().value);
+    assert!((late - 0.4).abs() < 0.01 && even.abs() < 1e-9, "{late} {even}");
+    let times = of_table.cell(Quantity::Creep, Axis::Fz).unwrap();
+    assert!(matches!(times.conventional, Err(Reason::NoTimes { .. })));
+}
+
 impl Metrology {
     fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
         let row = self.rows.iter().find(|row| row.quantity == quantity)?;

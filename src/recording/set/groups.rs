@@ -33,48 +33,29 @@ const KEPT_RANGE: f64 = 0.5;
 
 /// Words in the names of recordings and folders that stand before the number or letter of a load programme, as in `path3`. If
 /// a name contains several, the first in this list counts.
-const PROGRAMMES: [(&str, GroupedBy); 8] = [
-    ("path", GroupedBy::Path),
-    ("trajectory", GroupedBy::Trajectory),
-    ("programme", GroupedBy::Programme),
-    ("program", GroupedBy::Program),
-    ("programm", GroupedBy::Programme),
-    ("profile", GroupedBy::Profile),
-    ("sequence", GroupedBy::Sequence),
-    ("pattern", GroupedBy::Pattern),
-];
+const PROGRAMMES: &str = "path trajectory programme program programm profile sequence pattern";
 /// Words in the names of recordings and folders that stand before the number or letter of a day or a mounting, as in `day2`.
-const SESSIONS: [(&str, GroupedBy); 8] = [
-    ("day", GroupedBy::Day),
-    ("tag", GroupedBy::Day),
-    ("session", GroupedBy::Session),
-    ("mounting", GroupedBy::Mounting),
-    ("mount", GroupedBy::Mount),
-    ("montage", GroupedBy::Mounting),
-    ("setup", GroupedBy::Setup),
-    ("batch", GroupedBy::Batch),
-];
+const SESSIONS: &str = "day tag session mounting mount montage setup batch";
 /// Words in the names of recordings and folders that stand before the number of a repetition, as in `run4`.
-const REPETITIONS: [&str; 12] = [
-    "run",
-    "rep",
-    "repeat",
-    "repetition",
-    "take",
-    "trial",
-    "try",
-    "attempt",
-    "wiederholung",
-    "wdh",
-    "lauf",
-    "versuch",
-];
+const REPETITIONS: &str =
+    "run rep repeat repetition take trial try attempt wiederholung wdh lauf versuch";
 /// Years that a date in a name may have. A number outside this range is not read as a year.
 const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
 /// Criterion by which recordings are grouped. The `Display` text is the noun for one group, such as `path`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::Display,
+    strum::EnumString,
+)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum GroupedBy {
@@ -89,13 +70,16 @@ pub enum GroupedBy {
     Block,
     Path,
     Trajectory,
+    #[strum(to_string = "programme", serialize = "programm")]
     Programme,
     Program,
     Profile,
     Sequence,
     Pattern,
+    #[strum(to_string = "day", serialize = "tag")]
     Day,
     Session,
+    #[strum(to_string = "mounting", serialize = "montage")]
     Mounting,
     Mount,
     Setup,
@@ -312,10 +296,11 @@ impl RecordingSet {
             keys: words.iter().map(|words| key(words)).collect(),
             reports_single_group,
         };
-        let labelled = |(word, by): &(&'static str, GroupedBy)| {
-            by_words(*by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
+        let labelled = |word: &str| {
+            let by: GroupedBy = word.parse().ok()?;
+            Some(by_words(by, true, &|words| Some(format!("{by} {}", after(words, word)?))))
         };
-        let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
+        let mut ways: Vec<Way> = PROGRAMMES.split(' ').filter_map(labelled).collect();
         if open.iter().any(|&at| repetition(&words[at]).is_some()) {
             ways.push(by_words(GroupedBy::Series, false, &|words| {
                 let rest = match repetition(words) {
@@ -325,7 +310,7 @@ impl RecordingSet {
                 (!rest.is_empty()).then(|| rest.join(" "))
             }));
         }
-        ways.extend(SESSIONS.iter().map(labelled));
+        ways.extend(SESSIONS.split(' ').filter_map(labelled));
         ways.push(by_words(GroupedBy::Day, false, &day));
         if counts_repetitions(&open, &words) {
             ways.push(by_words(GroupedBy::Series, false, &|words| {
@@ -491,7 +476,7 @@ fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
 /// Returns the index of the last word for a repetition, such as `run`, that is followed by a number or letter.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
-    pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
+    pairs.rposition(|pair| REPETITIONS.split(' ').any(|word| word == pair[0]) && is_label(&pair[1]))
 }
 
 /// Returns the first date in the words that has the form 2024-05-01 or 20240501.
