@@ -191,6 +191,10 @@ impl<'a> Reading<'a> {
         drop(sample);
         let read = Rows::read(opened, &head, &plan, self.progress);
         let mut rows = read.map_err(of_file(path))?;
+        if head.end_bytes.is_some() {
+            let names = vec!["the lines below the table".to_owned()];
+            rows.findings.note(rows.n_lines, Cause::LeftOut { names });
+        }
         assemble::settle_times(&plan, &mut rows);
         match table.stamps {
             Stamps::AsWritten => {}

@@ -325,6 +325,11 @@ impl<'a> Proposal<'a> {
         let fraction = self.stamp_fraction(&mut times);
         if times.is_empty() {
             times = self.free(is_clock);
+            let is_called = |index: &usize| {
+                let own = &self.columns[*index];
+                own.unit.is_some() || own.named.has_clock_word()
+            };
+            why = if times.first().is_some_and(is_called) { Reason::Name } else { Reason::Clock };
         }
         if times.is_empty() && self.names().is_empty() {
             why = Reason::Clock;
