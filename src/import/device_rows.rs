@@ -328,7 +328,7 @@ impl DeviceRows {
     }
 
     /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
-    /// had. No load can be computed from such a line.
+    /// had, or a cell without a number. No load can be computed from such a line.
     pub fn misfit(&self, line: &str) -> Option<String> {
         if !self.form.is_numbers() {
             return None;
@@ -340,8 +340,12 @@ impl DeviceRows {
             let what = "values that the calibration needs";
             return Some(format!("the line has {n} of the {needed} {what}"));
         }
-        (n > needed && !self.may_have_more)
-            .then(|| format!("the line has {n} values, but the first rows had {needed}"))
+        if n > needed && !self.may_have_more {
+            return Some(format!("the line has {n} values, but the first rows had {needed}"));
+        }
+        let mut named = cells(row, self.layout.delimiter).zip(&self.names);
+        let (cell, name) = named.find(|(cell, _)| self.layout.number(cell).is_none())?;
+        Some(format!("{name} is {:?}", String::from_utf8_lossy(cell)))
     }
 
     /// Converts a line that arrived at this time (s). Returns a JSON line, or `None` if more lines of the device belong to the

@@ -181,11 +181,20 @@ fn written(value: &Data) -> (String, bool) {
     }
 }
 
+fn cell<'a>(row: &[&'a [u8]], column: usize) -> &'a [u8] {
+    row.get(column).copied().unwrap_or_default()
+}
+
 /// Returns the table of a sheet, whose header and rows are found as in a text; `None` if it has no table of numbers.
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    let (mut text, mut n_dates) = (String::new(), BTreeMap::<usize, usize>::new());
-    for row in cells.chunk_by(|a, b| a.row == b.row) {
+    let rows = || cells.chunk_by(|a, b| a.row == b.row);
+    let width = |row: &[Cell]| u64::from(row[row.len() - 1].column - first_column) + 1;
+    budget.take(sheet, rows().map(width).sum(), 1)?;
+    // Number of dates in each column that has cells.
+    let mut n_dates = BTreeMap::<usize, usize>::new();
+    let mut text = String::new();
+    for row in rows() {
         let mut n_before = 0;
         for cell in row {
             let column = (cell.column - first_column) as usize;
@@ -207,18 +216,16 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     let rows = lines(&text.as_bytes()[head.n_bytes..]).filter_map(|line| layout.row(line));
     let rows: Vec<Vec<&[u8]>> =
         rows.map(|row| row.map(|cell| cell.written().unwrap_or_default()).collect()).collect();
-    let n_columns = rows.iter().map(Vec::len).max().unwrap_or(0).max(head.n_columns);
-    budget.take(sheet, (rows.len() * n_columns) as u64, size_of::<f64>() as u64)?;
+    let n_values = rows.len() * n_dates.len().min(COLUMN_LIMIT);
+    budget.take(sheet, n_values as u64, size_of::<f64>() as u64)?;
     let number = |cell: &[u8]| layout.number(cell).map(|(number, _)| number);
     let time = |cell: &[u8]| TimeForm::of_all([cell].into_iter())?.secs(cell);
     let mut table = Columns { is_named: layout.header, ..Columns::default() };
-    for column in 0..n_columns {
-        let cell = |row: &Vec<&'_ [u8]>| row.get(column).copied().unwrap_or_default().to_vec();
-        let filled = || rows.iter().map(cell).filter(|cell| !cell.is_empty());
-        let n_dates = n_dates.get(&column).copied().unwrap_or(0);
-        let n_numbers = filled().filter(|cell| number(cell).is_some()).count();
+    for (column, n_dates) in n_dates {
+        let filled = || rows.iter().map(|row| cell(row, column)).filter(|cell| !cell.is_empty());
+        let n_numbers = filled().filter_map(number).count();
         let n_numbers = n_numbers.saturating_sub(n_dates);
-        let n_times = filled().filter(|cell| time(cell).is_some()).count() + n_dates;
+        let n_times = filled().filter_map(time).count() + n_dates;
         let n_filled = filled().count();
         let is_time = n_times > n_numbers && n_times * 2 > n_filled;
         let name = match head.names.get(column).filter(|name| !name.is_empty()) {
@@ -226,7 +233,7 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
             name => name.cloned().unwrap_or_default(),
         };
         if n_filled == 0 {
-            table.left_out.extend((!name.is_empty()).then(|| format!("{name} (nothing)")));
+            table.left_out.push(format!("{name} (nothing)"));
             continue;
         }
         if !is_time && n_numbers * 2 <= n_filled || table.columns.len() == COLUMN_LIMIT {
@@ -236,8 +243,8 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
         let unit =
             head.units.get(column).map_or("", |unit| unit.trim_matches(['[', ']', '(', ')']));
         let value = |row: &Vec<&[u8]>| {
-            let cell = cell(row);
-            time(&cell).filter(|_| is_time).or_else(|| number(&cell)).unwrap_or(f64::NAN)
+            let cell = cell(row, column);
+            time(cell).filter(|_| is_time).or_else(|| number(cell)).unwrap_or(f64::NAN)
         };
         table.columns.push(Column {
             name,

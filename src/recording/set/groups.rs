@@ -416,33 +416,28 @@ fn words_of(recording: &Recording) -> Vec<String> {
     };
     let folder = recording.source().path().and_then(Path::parent);
     let folder = folder.and_then(last_name).unwrap_or_default();
-    let mut words: Vec<String> = Vec::new();
-    for word in split_words(&folder).into_iter().chain(split_words(name)) {
-        let mut before = None;
-        for letter in word.chars() {
-            // A capital letter after a small letter starts a new word, as in `pathA`.
-            if before.is_none_or(|last: char| last.is_lowercase() && letter.is_uppercase()) {
-                words.push(String::new());
-            }
-            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
-            before = Some(letter);
-        }
-    }
+    let mut words = [words_in(&folder), words_in(name)].concat();
     words.retain(|word| !ROLES.contains(&&**word));
     words
 }
 
-/// Returns the runs of digits and the runs of letters in a text.
-fn split_words(text: &str) -> Vec<&str> {
+/// Returns the runs of digits and the runs of letters in a text, in lower case. A capital letter after a small letter starts a
+/// new word, as in `pathA`.
+fn words_in(text: &str) -> Vec<String> {
     let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
-    let mut words = Vec::new();
-    let mut rest = text;
-    while let Some(start) = rest.find(char::is_alphanumeric) {
-        rest = &rest[start..];
-        let of = rest.chars().next().map(kind);
-        let end = rest.find(|c| Some(kind(c)) != of).unwrap_or(rest.len());
-        words.push(&rest[..end]);
-        rest = &rest[end..];
+    let mut words: Vec<String> = Vec::new();
+    let mut before = None;
+    for letter in text.chars() {
+        let continues = |last: char| {
+            kind(last) == kind(letter) && !(last.is_lowercase() && letter.is_uppercase())
+        };
+        if letter.is_alphanumeric() {
+            if !before.is_some_and(continues) {
+                words.push(String::new());
+            }
+            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
+        }
+        before = Some(letter).filter(|letter| letter.is_alphanumeric());
     }
     words
 }
