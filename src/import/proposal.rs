@@ -235,7 +235,8 @@ impl<'a> Proposal<'a> {
         let mut times = self.columns.iter().filter(is_time).map(|own| own.number - 1);
         let (Some(first), Some(second)) = (times.next(), times.next()) else { return };
         let width = second - first;
-        let names: Vec<&str> = self.columns.iter().map(|own| own.named.name.as_str()).collect();
+        let mut names: Vec<&str> = self.columns.iter().map(|own| &*own.named.name).collect();
+        names.truncate(names.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1));
         let mut tables = names[first..].chunks(width);
         if width < 2 || tables.any(|table| table != &names[first..second]) {
             return;

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::{
     import::{
-        column_report::ColumnReport,
+        column_report::{ColumnReport, Reason},
         map::{ColumnMap, ColumnRole},
     },
     recording::{
@@ -56,12 +56,15 @@ impl Question {
             Missing::Gauges => About::Gauges,
             Missing::Load => About::Load,
         };
-        let may_be = |own: &&ColumnReport| match own.is {
-            ColumnRole::Channel => {
-                about == About::Load || !own.is_unnamed_load() && !own.is_other_quantity()
+        let may_be = |own: &&ColumnReport| match (own.is, about) {
+            (ColumnRole::Channel, About::Gauges) => {
+                !own.is_unnamed_load()
+                    && !own.is_counter()
+                    && !own.named.is_computed(own.unit.as_deref())
             }
-            ColumnRole::Auxiliary => about == About::Gauges,
-            ColumnRole::Gauge => about == About::Load,
+            (ColumnRole::Channel, _) => !own.is_counter() && !own.is_other_quantity(),
+            (ColumnRole::Auxiliary, _) => about == About::Gauges,
+            (ColumnRole::Gauge, _) => about == About::Load && own.why == Reason::Moves,
             _ => false,
         };
         let columns = columns.iter().filter(may_be).map(|own| own.number).collect();
@@ -136,8 +139,8 @@ impl Question {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let load = asked.min_by_key(|own| {
                     let is_force = own.named.name.eq_ignore_ascii_case("f");
-                    let is_other = own.is_other_quantity();
-                    (!is_force, own.named.is_signal(own.unit.as_deref()), is_other, own.n_different)
+                    let is_signal = own.named.is_signal(own.unit.as_deref());
+                    (!is_force, is_signal, own.is_other_quantity(), own.n_different)
                 });
                 let answer = |load: &ColumnReport| {
                     let (axis, unit) = load.usual_load();
@@ -146,7 +149,7 @@ impl Question {
                 vec![load.map_or_else(|| "COLUMN=Fz N".to_owned(), answer)]
             }
             About::Gauges => {
-                let gauge = { asked }.next_back();
+                let gauge = asked.min_by_key(|own| own.is_other_quantity());
                 let key = gauge.map_or_else(|| "COLUMN".to_owned(), |own| own.key(columns));
                 vec![format!("{key}=gauge")]
             }

@@ -169,6 +169,13 @@ impl ColumnName {
         unit.is_some_and(is_other) || self.has(&[words::DISPLACEMENTS, words::SPREADS])
     }
 
+    /// Returns true if the name or the unit is that of a stress or a spread, which is computed from other values.
+    pub fn is_computed(&self, unit: Option<&str>) -> bool {
+        const STRESSES: &str = "pa kpa mpa gpa psi n/mm^2 n/mm² n/mm2";
+        unit.is_some_and(|unit| is_one_of(&unit.trim().to_lowercase(), STRESSES))
+            || self.has(&[words::SPREADS])
+    }
+
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
     /// `adc`.
     pub fn is_signal(&self, unit: Option<&str>) -> bool {
@@ -263,6 +270,7 @@ fn is_plain_word(inside: &str) -> bool {
     inside.len() > LONGEST_UNIT_BYTES
         && inside.chars().all(|c| c.is_alphabetic() || c == ' ')
         && !is_known_unit(inside)
+        && !is_one_of(&inside.to_lowercase(), "sample samples unix")
         && temperature_in_celsius(inside).is_none()
         && angle_in_radians(inside).is_none()
         && !is_one_of(&inside.to_lowercase(), words::OTHER_UNITS)
