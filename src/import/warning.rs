@@ -207,6 +207,7 @@ impl Trouble {
         match self {
             Self::Empty => "is empty".to_owned(),
             Self::NotANumber => format!("contains \"{value}\", not a number"),
+            Self::NotFinite if value == "NaN" => "contains no number".to_owned(),
             Self::NotFinite => format!("contains {value}, not a finite number"),
             Self::Overload => {
                 format!("contains {value}, by which a meter reports that its range is exceeded")

@@ -193,8 +193,11 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     budget.take(sheet, rows().map(width).sum(), 1)?;
     // Number of dates in each column that has cells.
     let mut n_dates = BTreeMap::<usize, usize>::new();
-    let mut text = String::new();
+    let (mut text, mut n_lines) = (String::new(), 0);
     for row in rows() {
+        // Empty rows stay, so that lines have the numbers of the sheet's rows.
+        text.extend(std::iter::repeat_n('\n', (row[0].row - n_lines) as usize));
+        n_lines = row[0].row + 1;
         let mut n_before = 0;
         for cell in row {
             let column = (cell.column - first_column) as usize;
@@ -220,7 +223,8 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     budget.take(sheet, n_values as u64, size_of::<f64>() as u64)?;
     let number = |cell: &[u8]| layout.number(cell).map(|(number, _)| number);
     let time = |cell: &[u8]| TimeForm::of_all([cell].into_iter())?.secs(cell);
-    let mut table = Columns { is_named: layout.header, ..Columns::default() };
+    let mut table =
+        Columns { is_named: layout.header, n_lines: head.n_lines, ..Columns::default() };
     for (column, n_dates) in n_dates {
         let filled = || rows.iter().map(|row| cell(row, column)).filter(|cell| !cell.is_empty());
         let n_numbers = filled().filter_map(number).count();
