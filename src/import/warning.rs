@@ -42,7 +42,7 @@ pub enum Cause {
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
     #[error(
-        "rows come in bursts or at events, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s does; \"gap_secs\" in a column map changes this"
+        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s does; \"gap_secs\" in a column map changes this"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     #[error("the newest row comes first in the file, so the order of the rows is reversed")]
