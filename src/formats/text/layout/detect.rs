@@ -7,6 +7,7 @@ use super::{
         },
         times::TimeForm,
     },
+    most_frequent,
     start::{HEAD_BYTES, Line, first_lines, names, unbracketed},
 };
 use crate::formats::{
@@ -217,8 +218,8 @@ pub fn end_of_table(
     let table = all.get(n_lines as usize..)?;
     let n_cells = |line: &Line| Cells::new(line.text, delimiter).count();
     let is_row = |line: &&Line| is_rowlike(line.text, delimiter);
-    let first = n_cells(table.iter().find(is_row)?);
-    let last = table.iter().rposition(|line| is_row(&line) && n_cells(line) == first)?;
+    let usual = most_frequent(&table.iter().filter(is_row).map(n_cells).collect::<Vec<_>>());
+    let last = table.iter().rposition(|line| is_row(&line) && n_cells(line) == usual)?;
     let (blank, after) = table[last + 1..].split_first()?;
     let is_blank = |line: &Line| line.text.trim_ascii().is_empty();
     (is_blank(blank) && !after.iter().all(is_blank)).then_some(table[last].end)
