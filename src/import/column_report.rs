@@ -26,6 +26,8 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 const EVEN_STEPS_PERCENT: usize = 75;
 /// Minimum share (%) of rows in which a time column has a value.
 const FILLED_PERCENT: usize = 50;
+/// Maximum distance of the first value from zero, in median steps, for a column to rise from zero.
+const STEPS_FROM_ZERO: f64 = 3.0;
 /// Minimum number of rows from which a column of numbers that rise by 1 or 0.5 is taken for a counter.
 const COUNTED_ROWS: usize = 60;
 
@@ -114,6 +116,9 @@ pub struct ColumnReport {
     /// True if the values never fall, and rise by 1 (or by 0.5, in half cycles) from row to row if they rise.
     #[serde(skip)]
     counts_up: bool,
+    /// True if the values rise in every row, and begin within a few steps of zero.
+    #[serde(skip)]
+    pub(crate) rises_from_zero: bool,
     /// Number of different values in the sample.
     #[serde(skip)]
     pub(crate) n_different: usize,
@@ -284,6 +289,9 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
                 && numbers.is_sorted()
                 && numbers.iter().all(|value| (2.0 * value).fract() == 0.0)
                 && steps.up.iter().all(|step| [0.5, 1.0].contains(step) && *step == steps.up[0]),
+            rises_from_zero: steps.up.len() == steps.n
+                && numbers.first().map(|first| first.abs() / STEPS_FROM_ZERO)
+                    <= median(steps.up.iter().copied()),
             n_different: different.len(),
             is_filled: filled().count() * 100 >= rows.len() * FILLED_PERCENT,
         }

@@ -10,7 +10,7 @@ use crate::{
         map::ColumnMap,
     },
     progress::Progress,
-    recording::{Axis, Recording},
+    recording::{Axis, Missing, Recording},
 };
 
 /// Returns the roles of the columns, in words.
@@ -29,7 +29,11 @@ fn read_as(text: &str, expected: &str) -> Loaded {
     let inspected: Vec<&str> = inspection.table.columns.iter().map(|own| own.is.name()).collect();
     assert_eq!(inspected.join(" "), expected);
     assert_eq!(inspection.check.error, None);
-    assert_eq!(inspection.answer, loaded.asked().map(|asked| asked.1));
+    // A fit also asks for the load of a signal that opens as it is.
+    if loaded.recordings[0].missing() != Some(Missing::Load) || loaded.load_questions().count() > 0
+    {
+        assert_eq!(inspection.answer, loaded.asked().map(|asked| asked.1));
+    }
     loaded
 }
 

@@ -36,6 +36,9 @@ const LEAST_COUNTS: f64 = 1e3;
 /// Largest plausible force (N) and moment (N·m) without a unit.
 const LARGEST_FORCE: f64 = 1e5;
 const LARGEST_MOMENT: f64 = 1e4;
+/// Minimum number of rows from which a first column that rises in uneven steps is a time. Load cases that are written by hand
+/// are fewer.
+const UNEVEN_CLOCK_ROWS: usize = 30;
 /// Number of rows up to which a table without names, all of whose columns rise or fall, is taken for a table of load cases.
 const FEW_ROWS: usize = 60;
 
@@ -231,7 +234,10 @@ impl<'a> Proposal<'a> {
 
     /// Restricts the columns to one of several tables that stand side by side, each with its clock and with the same names.
     fn choose_table(&mut self, chosen: usize) {
-        let is_time = |own: &&ColumnReport| own.named.kind == Some(Kind::Time);
+        let is_time = |own: &&ColumnReport| {
+            let unit = own.unit.as_deref().and_then(TimeUnit::from_name);
+            own.named.kind == Some(Kind::Time) || unit.is_some()
+        };
         let mut times = self.columns.iter().filter(is_time).map(|own| own.number - 1);
         let (Some(first), Some(second)) = (times.next(), times.next()) else { return };
         let width = second - first;
@@ -243,8 +249,10 @@ impl<'a> Proposal<'a> {
         }
         let start = chosen - chosen.saturating_sub(first) % width;
         self.read = start.max(first)..start.max(first) + width;
+        let n_tables = (names.len() - first) / width;
+        self.columns.iter_mut().for_each(|own| own.why = Reason::Shown);
         self.notes.push(Cause::SideBySide {
-            n_tables: (names.len() - first) / width,
+            n_tables,
             first: self.read.start + 1,
             last: self.read.end,
         });
@@ -381,8 +389,7 @@ impl<'a> Proposal<'a> {
             self.rows.len() <= FEW_ROWS && numbers.all(|own| own.is_monotone && own.moves());
         let n_rows = self.rows.len();
         let mut clocks = self.free(|own| {
-            // Load cases that are written by hand are few.
-            let is_uneven = own.number == 1 && own.n_different == n_rows && n_rows > MANY_VALUES;
+            let is_uneven = own.number == 1 && own.rises_from_zero && n_rows >= UNEVEN_CLOCK_ROWS;
             let is_stamp = own.content == Content::Times || is_epoch(own);
             let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
                 && !own.counts_rows()

@@ -60,9 +60,12 @@ impl Question {
             (ColumnRole::Channel, About::Gauges) => {
                 !own.is_unnamed_load()
                     && !own.is_counter()
+                    && !own.named.has_clock_word()
                     && !own.named.is_computed(own.unit.as_deref())
             }
-            (ColumnRole::Channel, _) => !own.is_counter() && !own.is_other_quantity(),
+            (ColumnRole::Channel, _) => {
+                !own.is_counter() && !own.is_other_quantity() && !own.named.has_clock_word()
+            }
             (ColumnRole::Auxiliary, _) => about == About::Gauges,
             (ColumnRole::Gauge, _) => about == About::Load && own.why == Reason::Moves,
             _ => false,

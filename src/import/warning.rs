@@ -89,7 +89,7 @@ pub enum Cause {
         listed(columns)
     )]
     MissingMarks { columns: Vec<String> },
-    #[error("{n_lines} lines above the table are skipped")]
+    #[error("{} above the table skipped", counted(*n_lines, "line"))]
     SkippedPreamble { n_lines: usize },
     #[error(
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"

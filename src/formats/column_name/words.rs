@@ -50,7 +50,8 @@ pub const DISPLACEMENTS: &str = "\
 /// Words for the spread of values and for a stress, which are no signals.
 pub const SPREADS: &str = "std stdev stddev sd sigma var variance stress";
 /// Words for a strain, and the units that it may have.
-pub const STRAINS: &str = "strain dehnung verformung deformación déformation 应变 ひずみ";
+pub const STRAINS: &str =
+    "strain dehnung verformung deformación déformation 应变 压缩应变 拉伸应变 ひずみ";
 pub const STRAIN_UNITS: &str = "% - 1 mm/mm m/m in/in";
 /// Units of quantities that are neither a load nor the signal of a gauge, in lower case. Ratios such as `mm/s` count too.
 pub const OTHER_UNITS: &str = "\

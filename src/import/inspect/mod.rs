@@ -195,8 +195,9 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
         Some(error) => Check { is_sample, error: Some(error.to_string()), ..Check::default() },
         None => check(path, &reading, &map, notes, [is_sample, may_skip_rows])?,
     };
-    let missing = Question::about_missing(check.missing, &questions, &table.columns);
-    questions.extend(missing);
+    // A signal without a load opens as it is; its jobs say that they need a load.
+    let missing = check.missing.filter(|missing| *missing == Missing::Gauges);
+    questions.extend(Question::about_missing(missing, &questions, &table.columns));
     let answer = answer(&questions, &table.columns);
     Ok(Inspection { table, reference, map, questions, answer, check })
 }
