@@ -130,7 +130,7 @@ impl Work for InspectJob {
         if count > 0 && self.write_map.is_none() {
             failed(format!("{count} of {of} files would not be loaded"))
         } else if n_open > 0 && self.write_map.is_none() {
-            let why = "need an answer about the load before a calibration";
+            let why = "need an answer before a calibration";
             Err(JobError::NotMet(format!("{n_open} of {of} files {why}")))
         } else {
             Ok(())

@@ -16,6 +16,8 @@ pub struct Columns {
     pub columns: Vec<Column>,
     pub is_named: bool,
     pub reference_time: Option<usize>,
+    /// Number of lines above the rows, of a sheet of a workbook.
+    pub n_lines: u64,
     /// Name and kind of each part of the file that is not read.
     pub left_out: Vec<String>,
     pub ends_early: bool,

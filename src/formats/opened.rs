@@ -176,7 +176,8 @@ impl Opened {
         let columns = table.columns.iter();
         let names = columns.clone().map(|column| column.name.clone());
         (table.is_named || !layout.header).then(|| Head {
-            line: 1,
+            line: table.n_lines.max(1),
+            n_lines: table.n_lines,
             names: if layout.header { names.collect() } else { Vec::new() },
             units: columns.map(|column| column.unit.clone()).collect(),
             n_columns: table.columns.len(),

@@ -26,6 +26,8 @@ const FEWEST_CLOCK_ROWS: usize = 3;
 const EVEN_STEPS_PERCENT: usize = 75;
 /// Minimum share (%) of rows in which a time column has a value.
 const FILLED_PERCENT: usize = 50;
+/// Maximum distance of the first value from zero, in median steps, for a column to rise from zero.
+const STEPS_FROM_ZERO: f64 = 3.0;
 /// Minimum number of rows from which a column of numbers that rise by 1 or 0.5 is taken for a counter.
 const COUNTED_ROWS: usize = 60;
 
@@ -114,6 +116,9 @@ pub struct ColumnReport {
     /// True if the values never fall, and rise by 1 (or by 0.5, in half cycles) from row to row if they rise.
     #[serde(skip)]
     counts_up: bool,
+    /// True if the values rise in every row, and begin within a few steps of zero.
+    #[serde(skip)]
+    pub(crate) rises_from_zero: bool,
     /// Number of different values in the sample.
     #[serde(skip)]
     pub(crate) n_different: usize,
@@ -131,6 +136,10 @@ impl ColumnReport {
     /// Returns true if the column is a load whose axis the name does not tell.
     pub(crate) fn is_unnamed_load(&self) -> bool {
         self.named.is_unnamed_load(self.unit.as_deref())
+    }
+
+    pub(crate) fn is_other_quantity(&self) -> bool {
+        self.named.is_other_quantity(self.unit.as_deref())
     }
 
     /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column.
@@ -252,7 +261,7 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
             number: index + 1,
             header: head.names.get(index).cloned().unwrap_or_default(),
             name: head.name(index).map_or_else(String::new, |name| name.name),
-            unit: named.unit.clone().or_else(|| head.unit(index)),
+            unit: head.unit(index).or_else(|| named.unit.clone()),
             content,
             first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
             outline: (numbers.iter())
@@ -274,10 +283,15 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
             is_even: steps.are_even(),
             is_whole,
             is_monotone: steps.n_back == 0 || steps.up.is_empty(),
-            counts_up: numbers.len() > COUNTED_ROWS
+            // Numbers of rows in a text may be written `1.`, `2.`.
+            counts_up: (numbers.len() > COUNTED_ROWS
+                || filled().all(|cell| cell.written().is_some_and(|text| text.ends_with(b"."))))
                 && numbers.is_sorted()
                 && numbers.iter().all(|value| (2.0 * value).fract() == 0.0)
                 && steps.up.iter().all(|step| [0.5, 1.0].contains(step) && *step == steps.up[0]),
+            rises_from_zero: steps.up.len() == steps.n
+                && numbers.first().map(|first| first.abs() / STEPS_FROM_ZERO)
+                    <= median(steps.up.iter().copied()),
             n_different: different.len(),
             is_filled: filled().count() * 100 >= rows.len() * FILLED_PERCENT,
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::error::{at, of_file};
 use super::plan::{Plan, Side};
 use super::proposal::{Mapped, mapped};
-use super::question::answer;
+use super::question::{Question, answer};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::Cause;
@@ -50,9 +50,15 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Returns the text for `--columns` that answers the open questions; `None` if none is about a load.
-    pub fn answer(&self) -> Option<String> {
-        answer(&self.mapped.questions, &self.mapped.columns)
+    /// Returns what a calibration still has to know, with the text for `--columns` that answers it.
+    pub fn asked(&self) -> Option<(String, String)> {
+        let Mapped { questions, columns, .. } = &self.mapped;
+        let mut asked = questions.clone();
+        let missing = self.recordings.iter().find_map(Recording::missing);
+        asked.extend(Question::about_missing(missing, questions, columns));
+        asked.retain(Question::is_about_load);
+        let texts: Vec<String> = asked.iter().map(|question| question.text(columns)).collect();
+        Some((texts.join(" "), answer(&asked, columns)?))
     }
 
     /// Returns the open questions about the load.
@@ -185,6 +191,10 @@ impl<'a> Reading<'a> {
         drop(sample);
         let read = Rows::read(opened, &head, &plan, self.progress);
         let mut rows = read.map_err(of_file(path))?;
+        if head.end_bytes.is_some() {
+            let names = vec!["the lines below the table".to_owned()];
+            rows.findings.note(rows.n_lines, Cause::LeftOut { names });
+        }
         assemble::settle_times(&plan, &mut rows);
         match table.stamps {
             Stamps::AsWritten => {}

@@ -116,7 +116,7 @@ mod tests {
         let text = detect(head).unwrap();
         let start = locate(head, &text).unwrap();
         let sample = crate::formats::Sample::default();
-        let proposal = proposal::Proposal::new(&text, &start, &sample);
+        let proposal = proposal::Proposal::new(&text, &start, &sample, 0);
         let table = proposal.table(text.clone());
         let plan = plan::Plan::new(&table, &start, plan::Side::Both, None);
         Ok((plan.map_err(error::at(path, start.line))?, proposal.notes))

@@ -4,6 +4,7 @@
 //! Guarantees: a table of numbers always gets roles by which it can be read. What a column map leaves out is proposed. What the
 //! columns do not show and what changes a result is a [`Question`] with its shortest answer.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::{
@@ -35,6 +36,9 @@ const LEAST_COUNTS: f64 = 1e3;
 /// Largest plausible force (N) and moment (N·m) without a unit.
 const LARGEST_FORCE: f64 = 1e5;
 const LARGEST_MOMENT: f64 = 1e4;
+/// Minimum number of rows from which a first column that rises in uneven steps is a time. Load cases that are written by hand
+/// are fewer.
+const UNEVEN_CLOCK_ROWS: usize = 30;
 /// Number of rows up to which a table without names, all of whose columns rise or fall, is taken for a table of load cases.
 const FEW_ROWS: usize = 60;
 
@@ -77,7 +81,11 @@ pub fn mapped(
         let columns = reports(&map.table, &head, &sample);
         return Ok(Mapped { map: map.clone(), columns, is_certain: true, ..Mapped::default() });
     }
-    let mut proposal = Proposal::new(&text, &head, &sample);
+    // Of several tables side by side, the one with the first column that the map names is read.
+    let header = Header::of(&head);
+    let chosen = map.and_then(|map| map.table.columns.first());
+    let chosen = chosen.and_then(|rule| header.index(&rule.column).ok());
+    let mut proposal = Proposal::new(&text, &head, &sample, chosen.unwrap_or_default());
     let is_certain = map.is_some() || proposal.is_by_names;
     let map = match map {
         Some(map) => proposal.completed(map).map_err(|why| at(path, head.line)(why.into()))?,
@@ -109,20 +117,29 @@ pub struct Proposal<'a> {
     questions: Vec<Question>,
     /// True if the names alone give the time, the gauges and the loads.
     is_by_names: bool,
+    /// Columns of which the roles are proposed: all, or those of one of several tables side by side.
+    read: Range<usize>,
 }
 
 impl<'a> Proposal<'a> {
-    /// Proposes the roles of the columns of a table from some of its rows.
-    pub fn new(text: &'a TextLayout, head: &'a Head, sample: &'a Sample<'a>) -> Self {
+    /// Proposes the roles of the columns of a table from some of its rows. Of several tables side by side, the one with the
+    /// column `chosen` is read.
+    pub fn new(
+        text: &'a TextLayout,
+        head: &'a Head,
+        sample: &'a Sample<'a>,
+        chosen: usize,
+    ) -> Self {
         let columns = described(text, head, sample);
         let (notes, questions) = (Vec::new(), Vec::new());
-        let rows = &sample.rows;
-        let mut all = Self { text, head, rows, columns, notes, questions, is_by_names: false };
-        all.propose();
+        let (rows, read) = (&sample.rows, 0..columns.len());
+        let is_by_names = false;
+        let mut all = Self { text, head, rows, columns, notes, questions, is_by_names, read };
+        all.propose(chosen);
         all
     }
 
-    fn propose(&mut self) {
+    fn propose(&mut self, chosen: usize) {
         if self.text.preamble.is_none() && self.text.skip_rows > 0 {
             self.notes.push(Cause::SkippedPreamble { n_lines: self.text.skip_rows });
         }
@@ -132,7 +149,13 @@ impl<'a> Proposal<'a> {
             if column.unit.is_none() && column.named.kind.is_none() {
                 column.unit = column.named.unit_behind_name();
             }
+            let is_load = matches!(column.named.kind, Some(Kind::Load(axis)) if axis.is_force())
+                || column.is_unnamed_load();
+            if column.unit.is_none() && is_load {
+                column.unit.clone_from(&self.head.load_unit);
+            }
         }
+        self.choose_table(chosen);
         self.choose_reference();
         if self.text.preamble == Some(Preamble::AtiNetFt) {
             self.ati_columns();
@@ -181,7 +204,7 @@ impl<'a> Proposal<'a> {
     }
 
     fn is_free(&self, index: usize) -> bool {
-        self.columns[index].is == ColumnRole::Ignore
+        self.columns[index].is == ColumnRole::Ignore && self.read.contains(&index)
     }
 
     /// Returns the columns with a role for which `is_it` returns true.
@@ -196,7 +219,8 @@ impl<'a> Proposal<'a> {
     /// Returns the indices of the columns without a role for which `is_it` returns true.
     fn free(&self, is_it: impl Fn(&ColumnReport) -> bool) -> Vec<usize> {
         let free = self.with_role(|role| role == ColumnRole::Ignore);
-        free.filter(|own| is_it(own)).map(|own| own.number - 1).collect()
+        let free = free.filter(|own| self.read.contains(&(own.number - 1)) && is_it(own));
+        free.map(|own| own.number - 1).collect()
     }
 
     /// Returns the names of the columns as they are written, in the header or in a comment above the rows.
@@ -206,6 +230,32 @@ impl<'a> Proposal<'a> {
 
     fn written_name(&self, index: usize) -> String {
         self.names().get(index).cloned().unwrap_or_else(|| format!("column {}", index + 1))
+    }
+
+    /// Restricts the columns to one of several tables that stand side by side, each with its clock and with the same names.
+    fn choose_table(&mut self, chosen: usize) {
+        let is_time = |own: &&ColumnReport| {
+            let unit = own.unit.as_deref().and_then(TimeUnit::from_name);
+            own.named.kind == Some(Kind::Time) || unit.is_some()
+        };
+        let mut times = self.columns.iter().filter(is_time).map(|own| own.number - 1);
+        let (Some(first), Some(second)) = (times.next(), times.next()) else { return };
+        let width = second - first;
+        let mut names: Vec<&str> = self.columns.iter().map(|own| &*own.named.name).collect();
+        names.truncate(names.iter().rposition(|name| !name.is_empty()).map_or(0, |last| last + 1));
+        let mut tables = names[first..].chunks(width);
+        if width < 2 || tables.any(|table| table != &names[first..second]) {
+            return;
+        }
+        let start = chosen - chosen.saturating_sub(first) % width;
+        self.read = start.max(first)..start.max(first) + width;
+        let n_tables = (names.len() - first) / width;
+        self.columns.iter_mut().for_each(|own| own.why = Reason::Shown);
+        self.notes.push(Cause::SideBySide {
+            n_tables,
+            first: self.read.start + 1,
+            last: self.read.end,
+        });
     }
 
     /// If several topics or structs of a log contain the same axis, keeps only the loads of one of them as the reference, and
@@ -218,6 +268,9 @@ impl<'a> Proposal<'a> {
         let mut sources: Vec<(&str, Vec<Axis>, Vec<usize>)> = Vec::new();
         for (index, column) in self.columns.iter().enumerate() {
             let Some(Kind::Load(axis)) = column.named.kind else { continue };
+            if !self.read.contains(&index) {
+                continue;
+            }
             let source = column.named.source.as_str();
             let is_open = |(own, axes, _): &&mut (&str, Vec<Axis>, Vec<usize>)| {
                 *own == source && !axes.contains(&axis)
@@ -281,6 +334,11 @@ impl<'a> Proposal<'a> {
         let fraction = self.stamp_fraction(&mut times);
         if times.is_empty() {
             times = self.free(is_clock);
+            let is_called = |index: &usize| {
+                let own = &self.columns[*index];
+                own.unit.is_some() || own.named.has_clock_word()
+            };
+            why = if times.first().is_some_and(is_called) { Reason::Name } else { Reason::Clock };
         }
         if times.is_empty() && self.names().is_empty() {
             why = Reason::Clock;
@@ -329,9 +387,13 @@ impl<'a> Proposal<'a> {
         let mut numbers = self.columns.iter().filter(|own| own.content == Content::Numbers);
         let are_cases =
             self.rows.len() <= FEW_ROWS && numbers.all(|own| own.is_monotone && own.moves());
+        let n_rows = self.rows.len();
         let mut clocks = self.free(|own| {
+            let is_uneven = own.number == 1 && own.rises_from_zero && n_rows >= UNEVEN_CLOCK_ROWS;
             let is_stamp = own.content == Content::Times || is_epoch(own);
-            let is_clock = own.is_even && own.min >= Some(0.0) && !own.counts_rows() && !are_cases;
+            let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
+                && !own.counts_rows()
+                && !are_cases;
             own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
         });
         clocks.truncate(1);
@@ -384,6 +446,13 @@ impl<'a> Proposal<'a> {
         if all.iter().any(|index| self.columns[*index].moves()) {
             all.retain(|index| self.columns[*index].moves());
         }
+        // The unit in the lines above a table belongs to its only column.
+        if let (Some(unit), [index]) = (&self.head.load_unit, &self.free(ColumnReport::moves)[..])
+            && all.is_empty()
+        {
+            self.columns[*index].unit = Some(unit.clone());
+            all.push(*index);
+        }
         let is_moment = |index: &usize| {
             let own = &self.columns[*index];
             own.named.is_unnamed_moment(own.unit.as_deref())
@@ -410,14 +479,13 @@ impl<'a> Proposal<'a> {
                 return own.named.kind == Some(Kind::Gauge);
             }
             // Without names, a column that runs like a clock is one of another device.
-            let is_clock = own.runs_like_clock
-                && (own.named.has_clock_word()
-                    || self.names().is_empty() && own.is_even && has_time);
+            let is_clock = own.named.has_clock_word()
+                || own.runs_like_clock && self.names().is_empty() && own.is_even && has_time;
             own.moves()
                 && own.named.kind.is_none()
                 && !own.is_unnamed_load()
                 && !own.is_counter()
-                && !own.named.is_other_quantity(own.unit.as_deref())
+                && !own.is_other_quantity()
                 && !is_clock
                 && !own.named.is_of_stamp()
         });
@@ -497,7 +565,8 @@ impl<'a> Proposal<'a> {
             let limit = if is_moment { LARGEST_MOMENT } else { LARGEST_FORCE };
             let may_be_counts =
                 own.is_whole && own.n_different > MANY_VALUES && largest >= LEAST_COUNTS;
-            largest > limit || may_be_counts || own.named.is_mass()
+            let has_remark = own.named.name.ends_with(')');
+            largest > limit || may_be_counts || own.named.is_mass() || has_remark
         };
         let numbers = |of: &mut dyn Iterator<Item = &ColumnReport>| -> Vec<usize> {
             of.map(|own| own.number).collect()
@@ -546,8 +615,15 @@ impl<'a> Proposal<'a> {
             shape: Shape { columns: self.head.n_columns, names: self.head.names.clone() },
             text,
             columns: self.columns.iter().filter_map(|own| self.rule(own, &header)).collect(),
+            sample_rate_hz: self.rate_without_time(),
             ..TableMap::default()
         }
+    }
+
+    /// Returns the sample rate (Hz) that the lines above the table give, if no column is a time.
+    fn rate_without_time(&self) -> Option<f64> {
+        let has_time = self.has(|role| role == ColumnRole::Time);
+        self.head.rate_hz.filter(|_| !has_time)
     }
 
     /// Returns the rule by which a column map gives a column its role; `None` if it has none.
@@ -616,7 +692,7 @@ impl<'a> Proposal<'a> {
         rules.sort_by_key(|(index, _)| *index);
         let table = TableMap {
             columns: rules.into_iter().map(|(_, rule)| rule).collect(),
-            sample_rate_hz: map.table.sample_rate_hz,
+            sample_rate_hz: map.table.sample_rate_hz.or(self.rate_without_time()),
             stamps: map.table.stamps,
             ..self.table(self.text.clone())
         };

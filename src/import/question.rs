@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use crate::{
     import::{
-        column_report::ColumnReport,
+        column_report::{ColumnReport, Reason},
         map::{ColumnMap, ColumnRole},
     },
     recording::{
-        Axis,
+        Axis, Missing,
         units::{force_in_newtons, moment_in_newton_metres},
     },
     shown::{listed, shown},
@@ -35,11 +35,45 @@ pub enum About {
     LoadAxis,
     /// Which of these columns, which are read as gauges, is the reference, if any?
     Load,
+    /// Which of these columns are the gauges? None of the columns is one.
+    Gauges,
     /// Which unit does each of these load columns have? The file gives none, and the values may be counts.
     LoadUnit,
 }
 
 impl Question {
+    /// Returns the question about the gauges or the load that recordings lack, unless another one is about the load. It is
+    /// asked about the columns that may be them.
+    pub fn about_missing(
+        missing: Option<Missing>,
+        questions: &[Self],
+        columns: &[ColumnReport],
+    ) -> Option<Self> {
+        if questions.iter().any(Self::is_about_load) {
+            return None;
+        }
+        let about = match missing? {
+            Missing::Gauges => About::Gauges,
+            Missing::Load => About::Load,
+        };
+        let may_be = |own: &&ColumnReport| match (own.is, about) {
+            (ColumnRole::Channel, About::Gauges) => {
+                !own.is_unnamed_load()
+                    && !own.is_counter()
+                    && !own.named.has_clock_word()
+                    && !own.named.is_computed(own.unit.as_deref())
+            }
+            (ColumnRole::Channel, _) => {
+                !own.is_counter() && !own.is_other_quantity() && !own.named.has_clock_word()
+            }
+            (ColumnRole::Auxiliary, _) => about == About::Gauges,
+            (ColumnRole::Gauge, _) => about == About::Load && own.why == Reason::Moves,
+            _ => false,
+        };
+        let columns = columns.iter().filter(may_be).map(|own| own.number).collect();
+        Some(Self { about, columns })
+    }
+
     /// Returns true if no result that needs a load is right without an answer.
     pub fn is_about_load(&self) -> bool {
         self.about != About::ReferenceClock
@@ -54,6 +88,7 @@ impl Question {
                     |own: &ColumnReport| matches!(own.is, ColumnRole::Ignore | ColumnRole::Channel);
                 !map.has_two_clocks() && asked.any(is_unused)
             }
+            About::Gauges => asked.all(|own| own.is != ColumnRole::Gauge),
             About::LoadAxis | About::Load => {
                 let mut rules = map.reference_table().columns.iter();
                 let has_loads = rules.any(|rule| rule.is.is_load());
@@ -68,6 +103,7 @@ impl Question {
         match self.about {
             About::ReferenceClock => "Is this the time of the reference?",
             About::LoadAxis | About::Load => "Is this the reference load?",
+            About::Gauges => "Is this a gauge?",
             About::LoadUnit => "Which unit?",
         }
     }
@@ -85,6 +121,7 @@ impl Question {
             (About::ReferenceClock, _) => {
                 vec![("Yes".to_owned(), ColumnRole::TimeReference, None)]
             }
+            (About::Gauges, _) => vec![("Yes".to_owned(), ColumnRole::Gauge, None)],
             (About::LoadUnit, _) if column.is_moment() => {
                 with_units(column.is, &["N·m", "N·mm", "lbf·in"])
             }
@@ -103,12 +140,21 @@ impl Question {
             About::ReferenceClock => Vec::new(),
             About::LoadAxis | About::Load => {
                 // A reference has mostly round values, so that it has the fewest different ones.
-                let load = asked.min_by_key(|own| own.n_different);
+                let load = asked.min_by_key(|own| {
+                    let is_force = own.named.name.eq_ignore_ascii_case("f");
+                    let is_signal = own.named.is_signal(own.unit.as_deref());
+                    (!is_force, is_signal, own.is_other_quantity(), own.n_different)
+                });
                 let answer = |load: &ColumnReport| {
                     let (axis, unit) = load.usual_load();
                     format!("{}={} {}", load.key(columns), axis.symbol(), unit.unwrap_or("N"))
                 };
-                load.map(answer).into_iter().collect()
+                vec![load.map_or_else(|| "COLUMN=Fz N".to_owned(), answer)]
+            }
+            About::Gauges => {
+                let gauge = asked.min_by_key(|own| own.is_other_quantity());
+                let key = gauge.map_or_else(|| "COLUMN".to_owned(), |own| own.key(columns));
+                vec![format!("{key}=gauge")]
             }
             About::LoadUnit => {
                 let answer = |own: &ColumnReport| {
@@ -137,8 +183,12 @@ impl Question {
             About::LoadAxis => {
                 format!("Which of these columns is the reference load, and on which axis: {names}?")
             }
+            About::Gauges => "There is no gauge. Which columns are the gauges?".to_owned(),
+            About::Load if self.columns.is_empty() => {
+                "There is no reference load. Which column is it?".to_owned()
+            }
             About::Load => {
-                format!("Which column is the reference load? These are read as gauges: {names}.")
+                format!("Which column is the reference load? It may be one of these: {names}.")
             }
             About::LoadUnit => format!(
                 "Which unit does the load have in {names}? The file gives none, and the values need not be N or N·m. For counts, give the counts per unit, e.g. Fx=Fx N/1000."

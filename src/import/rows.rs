@@ -341,7 +341,7 @@ impl Rows {
             let cause = Cause::DecimalComma { column: plan.column(index), value: cell.shown() };
             self.findings.note(self.n_lines, cause);
         }
-        let n_extra = row.count();
+        let n_extra = row.filter(|cell| !cell.is_blank()).count();
         if n_extra > 0 {
             let expected = plan.uses.len();
             let actual = expected + n_extra;

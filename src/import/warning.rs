@@ -73,6 +73,10 @@ pub enum Cause {
     )]
     SeveralTimes { used: String, others: Vec<String> },
     #[error(
+        "{n_tables} tables stand side by side, each with its clock. Only columns {first} to {last} are read; to read another table, give one of its columns a role by its number, e.g. --columns \"{}=Fz N\"", last + 2
+    )]
+    SideBySide { n_tables: usize, first: usize, last: usize },
+    #[error(
         "several columns could be the reference load. Used: {}. Ignored: {}. To use others, choose them in a column map",
         listed(used),
         listed(others)
@@ -85,7 +89,7 @@ pub enum Cause {
         listed(columns)
     )]
     MissingMarks { columns: Vec<String> },
-    #[error("{n_lines} lines above the table are skipped")]
+    #[error("{} above the table skipped", counted(*n_lines, "line"))]
     SkippedPreamble { n_lines: usize },
     #[error(
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
@@ -203,6 +207,7 @@ impl Trouble {
         match self {
             Self::Empty => "is empty".to_owned(),
             Self::NotANumber => format!("contains \"{value}\", not a number"),
+            Self::NotFinite if value == "NaN" => "contains no number".to_owned(),
             Self::NotFinite => format!("contains {value}, not a finite number"),
             Self::Overload => {
                 format!("contains {value}, by which a meter reports that its range is exceeded")

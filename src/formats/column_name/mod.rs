@@ -10,16 +10,19 @@ use words::{LONGEST, has, plain, plain_kind};
 
 use crate::recording::{
     Axis,
-    units::{TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius},
+    units::{
+        TimeUnit, angle_in_radians, force_in_newtons, moment_in_newton_metres,
+        temperature_in_celsius,
+    },
 };
 
 /// Units that may follow a gauge's name without brackets, as in `S1 mV`. In brackets, a gauge may have any unit.
-const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain pf";
+const GAUGE_UNITS: &str = "volt volts v mv uv µv counts count lsb raw adc ohm ohms strain pf";
 /// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
 const GAUGE_ONLY_UNITS: &str =
     "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
 /// Units of a voltage.
-const VOLTS: &str = "V mV uV µV";
+const VOLTS: &str = "V mV uV µV Volt Volts";
 /// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
@@ -28,7 +31,7 @@ pub struct ColumnName {
     /// Name of the column as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
-    /// Unit as written: any text in brackets, or a known unit behind the name.
+    /// Unit as written: any text in brackets, a known unit behind the name, or a name that is a unit of a load.
     pub unit: Option<String>,
     /// Topic or struct in front of the name, such as `run` in `run.S1`; empty if the name is not a path.
     pub source: String,
@@ -36,7 +39,11 @@ pub struct ColumnName {
 
 impl ColumnName {
     pub fn parse(cell: &str) -> Self {
-        let (name, bracketed) = split_brackets(cell.trim());
+        let (stem, bracketed) = split_brackets(cell.trim());
+        // A word in round brackets that is no unit belongs to the name, as in `Load (filtered)`.
+        let is_remark = cell.trim_end().ends_with(')') && bracketed.is_some_and(is_plain_word);
+        let bracketed = bracketed.filter(|_| !is_remark);
+        let name = stem;
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
         let plain_name = |kind, unit| Understood { kind, unit, source: String::new() };
@@ -57,8 +64,13 @@ impl ColumnName {
         let is_time =
             |unit: &str| plain(name) == TIME_WITH_UNIT && TimeUnit::from_name(unit).is_some();
         let unit = bracketed.or(unit);
+        let bare = || {
+            (name.len() > 1 && is_load_unit(name) && !is_one_of(name, words::OTHER_UNITS))
+                .then_some(name)
+        };
+        let unit = unit.or_else(bare);
         Self {
-            name: name.to_owned(),
+            name: if is_remark { cell.trim() } else { name }.to_owned(),
             kind: kind
                 .or_else(|| unit.is_some_and(is_time).then_some(Kind::Time))
                 .or_else(|| unit.is_some_and(is_of_gauges_alone).then_some(Kind::Gauge))
@@ -119,7 +131,7 @@ impl ColumnName {
             _ => {
                 let name = self.name.to_lowercase();
                 let words = words_of(&name).into_iter().filter(|word| word.len() > 1);
-                has(&words.collect::<Vec<_>>(), &[words::MOMENTS])
+                has(&words.collect::<Vec<_>>(), &[words::MOMENTS, "mx mz"])
             }
         }
     }
@@ -141,14 +153,27 @@ impl ColumnName {
 
     /// Returns true if the name is that of a count of rows, cycles or frames.
     pub fn is_counter(&self, is_whole: bool) -> bool {
-        is_whole && self.has(&[words::COUNTERS])
+        let has_word = || words::is_counter(&words_of(&self.name.to_lowercase()));
+        is_whole && self.name.len() <= LONGEST && has_word()
     }
 
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
     /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
-        unit.is_some_and(|unit| is_one_of(&unit.trim().to_lowercase(), words::OTHER_UNITS))
-            || self.has(&[words::DISPLACEMENTS, words::SPREADS])
+        // A strain has no unit, so that `%` or `mm/mm` says nothing about it.
+        let is_other = |unit: &str| {
+            let is_ratio = unit.contains('/') && !is_of_gauges_alone(unit);
+            (is_ratio || is_one_of(&unit.trim().to_lowercase(), words::OTHER_UNITS))
+                && !(self.has(&[words::STRAINS]) && is_one_of(unit.trim(), words::STRAIN_UNITS))
+        };
+        unit.is_some_and(is_other) || self.has(&[words::DISPLACEMENTS, words::SPREADS])
+    }
+
+    /// Returns true if the name or the unit is that of a stress or a spread, which is computed from other values.
+    pub fn is_computed(&self, unit: Option<&str>) -> bool {
+        const STRESSES: &str = "pa kpa mpa gpa psi n/mm^2 n/mm² n/mm2";
+        unit.is_some_and(|unit| is_one_of(&unit.trim().to_lowercase(), STRESSES))
+            || self.has(&[words::SPREADS])
     }
 
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
@@ -166,6 +191,10 @@ impl ColumnName {
     /// Returns the unit behind a name whose kind is unknown, as in `Mass_kg`.
     pub fn unit_behind_name(&self) -> Option<String> {
         let (start, unit) = self.name.rsplit_once(['_', ' ', '/'])?;
+        if let Some(above) = start.strip_suffix("_per").or_else(|| start.strip_suffix(" per")) {
+            let above = above.rsplit(['_', ' ']).next().unwrap_or_default();
+            return Some(format!("{above}/{unit}"));
+        }
         let is_time = TimeUnit::from_name(unit).is_some() && unit.len() > 1
             || unit == "s" && words::is_clock(&words_of(&start.to_lowercase()));
         let is_load = || words::is_load(&words_of(&start.to_lowercase()));
@@ -233,6 +262,18 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
         Some((name, unit)) if is_known_unit(unit.trim()) => (name.trim_end(), Some(unit.trim())),
         _ => (cell, None),
     }
+}
+
+/// Returns true if the text in brackets is a word that is no known unit: `filtered`. Unknown units are short.
+fn is_plain_word(inside: &str) -> bool {
+    const LONGEST_UNIT_BYTES: usize = 3;
+    inside.len() > LONGEST_UNIT_BYTES
+        && inside.chars().all(|c| c.is_alphabetic() || c == ' ')
+        && !is_known_unit(inside)
+        && !is_one_of(&inside.to_lowercase(), "sample samples unix")
+        && temperature_in_celsius(inside).is_none()
+        && angle_in_radians(inside).is_none()
+        && !is_one_of(&inside.to_lowercase(), words::OTHER_UNITS)
 }
 
 /// Returns true if the text in brackets is no unit but an index or the number of a repeated name: `0`, `1,2`, `0:3`.

@@ -270,7 +270,9 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
     }
     let n_values = samples.len() as u64 * cells_of.len().min(COLUMN_LIMIT) as u64;
     budget.take(sheet, n_values, size_of::<f64>() as u64)?;
-    let mut table = Columns { is_named: header.is_some(), ..Columns::default() };
+    // Lines have the numbers of the sheet's rows.
+    let n_lines = u64::from(row_number(first));
+    let mut table = Columns { is_named: header.is_some(), n_lines, ..Columns::default() };
     let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
     for (column, cells) in cells_of {
         let name = match (table.is_named, cell_text(header, column)) {
