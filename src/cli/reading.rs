@@ -242,7 +242,7 @@ impl ReadArgs {
                     let open = open_question(path, &loaded);
                     open.map_or(Ok(()), |why| Err(self.refused(input, JobError::Usage(why))))?;
                     let is_new = |name: &String| !without_unit.contains(name);
-                    let new = loaded.without_unit.iter().filter(|name| is_new(name));
+                    let new = loaded.mapped.without_unit.iter().filter(|name| is_new(name));
                     let new: Vec<String> = new.cloned().collect();
                     without_unit.extend(new);
                 }
@@ -361,8 +361,8 @@ fn open_question(path: &Path, loaded: &Loaded) -> Option<String> {
     }
     let missing = loaded.recordings.iter().find_map(Recording::missing)?;
     let key = |is: &[ColumnRole]| {
-        let found = loaded.columns.iter().rev().find(|column| is.contains(&column.is));
-        found.map_or_else(|| "COLUMN".to_owned(), |column| column.key(&loaded.columns))
+        let found = loaded.mapped.columns.iter().rev().find(|column| is.contains(&column.is));
+        found.map_or_else(|| "COLUMN".to_owned(), |column| column.key(&loaded.mapped.columns))
     };
     match missing {
         Missing::Gauges => asked(

@@ -128,6 +128,16 @@ impl ColumnReport {
         self.content == Content::Numbers && self.min < self.max
     }
 
+    /// Returns true if the column is a load whose axis the name does not tell.
+    pub(crate) fn is_unnamed_load(&self) -> bool {
+        self.named.is_unnamed_load(self.unit.as_deref())
+    }
+
+    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column.
+    pub(crate) fn auxiliary_unit(&self) -> Option<String> {
+        self.named.auxiliary_unit(self.unit.as_deref())
+    }
+
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
     pub(crate) fn is_counter(&self) -> bool {
         self.counts_up || self.named.is_counter(self.is_whole)

@@ -15,7 +15,7 @@ use crate::{
 
 /// Returns the roles of the columns, in words.
 fn roles(loaded: &Loaded) -> String {
-    let roles: Vec<&str> = loaded.columns.iter().map(|column| column.is.name()).collect();
+    let roles: Vec<&str> = loaded.mapped.columns.iter().map(|column| column.is.name()).collect();
     roles.join(" ")
 }
 
@@ -111,9 +111,9 @@ fn marks_of_missing_values_are_proposed_and_reported() {
     let marked =
         read_as(&rows(&|k| if k % 5.0 == 2.0 { -1.0 } else { wave(k + 9.0) }), "time gauge gauge");
     assert_eq!(marked.recordings.iter().map(Recording::n_samples).sum::<usize>(), 192);
-    let column = &marked.columns[2];
+    let column = &marked.mapped.columns[2];
     assert_eq!((column.missing, column.min), (Some(-1.0), Some(1400.0)));
-    assert_eq!((is_noted(&marked), marked.columns[1].missing), (1, None));
+    assert_eq!((is_noted(&marked), marked.mapped.columns[1].missing), (1, None));
     let about_zero = read_as(&rows(&|k| (3.0 * (0.3 * k).sin()).round()), "time gauge gauge");
     assert_eq!((is_noted(&about_zero), about_zero.recordings[0].n_samples()), (0, 240));
     // A map that names the column keeps the mark; one that ignores it needs no row.
@@ -201,7 +201,7 @@ fn a_load_in_counts_is_asked_for_its_unit() {
     let plain =
         table("time_s\tS1\tFx", 60, |k| vec![0.01 * k, (k / 9.0).sin(), 20.0 * (k / 9.0).cos()]);
     let loaded = read_as(&plain, "time gauge Fx");
-    assert_eq!((loaded.answer(), &loaded.without_unit[..]), (None, &["Fx".to_owned()][..]));
+    assert_eq!((loaded.answer(), &loaded.mapped.without_unit[..]), (None, &["Fx".to_owned()][..]));
 }
 
 #[test]
@@ -297,7 +297,7 @@ fn headers_are_found_from_the_numbers_below() {
         writeln!(text, "{k},6.{k},3.{k},{crack},{temp}").unwrap();
     }
     let loaded = TestFile::new(&text).read().unwrap();
-    assert_eq!(loaded.columns[1].header, "Machine_Load");
+    assert_eq!(loaded.mapped.columns[1].header, "Machine_Load");
     assert_eq!(loaded.recordings[0].axes(), [Axis::Fz]);
     let loaded = read_as("t [s]\tS1 [V]\tS1 [V]\n0\t1\t2\n1\t2\t3\n2\t3\t5\n", "time gauge gauge");
     assert_eq!(loaded.recordings[0].gauge_names(), ["S1", "S1 (2)"]);

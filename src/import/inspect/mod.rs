@@ -14,7 +14,8 @@ pub use super::question::Question;
 
 use super::abandonable::abandonable;
 use super::column_report::reports;
-use super::load::{Mapped, Reading, mapped};
+use super::load::Reading;
+use super::proposal::{Mapped, mapped};
 use super::question::answer;
 use super::two_clocks::{self, Table};
 use crate::{
@@ -314,7 +315,7 @@ fn check(
             check.clock_offset = estimated_offset(&sides.gauges, reference);
         }
         if !may_skip_rows {
-            sides.check_skipped(path)?;
+            sides.check_skipped()?;
         }
         sides.joined()
     });
@@ -345,7 +346,7 @@ fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {
     let series = |times, values, width| Series { times, values, width };
     let (left, right) = (&gauges.rows, &reference.rows);
     clock_offset::estimate(
-        series(&left.times, &left.gauges, gauges.plan.gauge_names.len()),
+        series(&left.times, &left.gauges, gauges.plan.gauges.names.len()),
         series(&right.times, &right.loads, reference.plan.axes.len()),
     )
 }
