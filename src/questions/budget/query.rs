@@ -89,9 +89,9 @@ pub fn error_budget(
     let runs: Vec<Run<'_>> = runs.collect();
     let full_scale = &calibration.full_scale;
     let (names, pools) = pools(calibration);
-    // Segments of recordings are not the parts of the fit's cross-validation.
+    // The error is that of the fit's cross-validation if both leave out whole recordings, or both parts of them.
     let scaled = |budget: Budget, scores: &Scores| match &scores.cv_rmse {
-        Some(rmse) if data.folds.are_whole && !budget.are_segments => {
+        Some(rmse) if data.folds.are_whole != budget.are_segments => {
             let squares = rmse.iter().zip(full_scale).map(|(error, full)| (error / full).powi(2));
             budget.scaled_to(&squares.collect::<Vec<f64>>(), &pools)
         }

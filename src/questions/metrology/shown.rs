@@ -35,14 +35,20 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let shown_rows = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
     let rows = Table::of(shown_rows.map(|row| (row, &row.cells[at])))
         .column(Column::words("Figure"), move |(row, cell)| {
-            if cell.unit != axis.unit() {
-                defined(row, format!("{} [{}]", row.definition.name, cell.unit))
-            } else {
-                defined(row, row.definition.name.clone())
-            }
+            let name = &row.definition.name;
+            defined(
+                row,
+                match row.quantity {
+                    Quantity::LoopArea if shown == Shown::PercentFs => format!("{name} [% FS²]"),
+                    _ if cell.unit == axis.unit() => name.clone(),
+                    _ => format!("{name} [{}]", cell.unit),
+                },
+            )
         })
         .instead(|(_, cell)| match (&cell.conventional, &cell.compensated) {
-            (Err(before), Err(after)) if before == after => Some(missing(before)),
+            (Err(before), Err(after)) if before == after => {
+                Some(missing(before, shown == Shown::PercentFs))
+            }
             _ => None,
         })
         .columns(
@@ -51,11 +57,11 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
             |(_, cell), ((_, output), in_percent, _)| match output(cell) {
                 Ok(value) => figure_cell(cell, value, *in_percent, shown),
                 Err(_) if shown == Shown::All && *in_percent => Cell::continued(),
-                Err(reason) => missing(reason),
+                Err(reason) => missing(reason, *in_percent),
             },
         );
     let is_comparable = |row: &Row, before: &Value, after: &Value| {
-        !row.quantity.is_time() && before.value.is_sign_positive() == after.value.is_sign_positive()
+        row.quantity.is_load() && before.value.is_sign_positive() == after.value.is_sign_positive()
     };
     let rows = rows.column(Column::change(), |(row, cell)| {
         match (&cell.conventional, &cell.compensated) {
@@ -82,12 +88,12 @@ fn cycles(basis: &Basis) -> String {
 }
 
 fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
-    let is_time = cell.unit == "s";
+    let is_load = !(cell.unit == "s" || cell.unit.starts_with("reading"));
     let shown = match value.percent_fs {
         _ if !in_percent => Cell::digits(Some(value.value), 4),
-        None if is_time && shown == Shown::PercentFs => Cell::digits(Some(value.value), 4),
-        None if is_time => Cell::none(),
-        None => missing(&Reason::NoFullScale { axis: cell.axis }),
+        None if !is_load && shown == Shown::PercentFs => Cell::digits(Some(value.value), 4),
+        None if !is_load => Cell::none(),
+        None => missing(&Reason::NoFullScale { axis: cell.axis }, in_percent),
         percent => Cell::digits(percent, 3),
     };
     match shown.value {
@@ -118,8 +124,8 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     about
 }
 
-fn missing(reason: &Reason) -> Cell {
-    Cell::missing(reason.word(), reason.to_string())
+fn missing(reason: &Reason, in_percent: bool) -> Cell {
+    Cell::missing(reason.word(in_percent), reason.to_string())
 }
 
 fn defined(row: &Row, name: String) -> Cell {
@@ -155,7 +161,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
         .column(Column::words("Axis loaded alone"), |(from, row, _)| {
             defined(row, format!("from {}", from.symbol()))
         })
-        .instead(|(.., output)| output.err().map(missing))
+        .instead(|(.., output)| output.err().map(|reason| missing(reason, true)))
         .column(Column::words("Output"), |(.., output)| match output {
             Ok((trace, _)) => Cell::words(trace.label()).about(trace.explanation()),
             Err(_) => Cell::none(),
@@ -169,9 +175,9 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
                     Ok(value) => figure_cell(cell, value, true, Shown::PercentFs),
                     // An axis has no crosstalk onto itself, so this cell is text, not a missing number.
                     Err(reason @ Reason::LoadedAxis { .. }) => {
-                        Cell::words(reason.word()).about(reason.to_string())
+                        Cell::words(reason.word(true)).about(reason.to_string())
                     }
-                    Err(reason) => missing(reason),
+                    Err(reason) => missing(reason, true),
                 }
             },
         )
@@ -276,6 +282,8 @@ mod tests {
             compensated: &off(0.5),
             auxiliary: None,
             is_static: false,
+            is_load_case: false,
+            is_table: false,
         };
         table_of(&[run], &axes, &[10.0, 0.0])
     }

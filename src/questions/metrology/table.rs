@@ -10,7 +10,7 @@ use crate::{
     questions::metrology::{
         dwell_rows::{
             Response, case_figures, crosstalk_figures, dwell_figures, error_figures, noise_figures,
-            responses, temperature_figures,
+            responses, sensitivity, temperature_figures, zero_return,
         },
         figures::{
             Cell, Figure, Found, Metrology, MetrologyError, OUTPUTS, Quantity, Reason, Row, Rules,
@@ -43,9 +43,9 @@ pub fn table_by(
     let cases = joined_cases(runs);
     let measured = match &cases {
         None => Measured::of(runs, rules)?,
-        Some((reference_axes, [times, reference, conventional, compensated])) => {
+        Some((reference_axes, [times, gauges, reference, conventional, compensated])) => {
             let name = "all load cases";
-            let (gauges, is_static, auxiliary) = (&[][..], true, None);
+            let (is_static, is_load_case, is_table, auxiliary) = (true, true, true, None);
             let all = Run {
                 name,
                 times,
@@ -56,6 +56,8 @@ pub fn table_by(
                 compensated,
                 auxiliary,
                 is_static,
+                is_load_case,
+                is_table,
             };
             Measured::of(&[all], rules)?
         }
@@ -122,13 +124,31 @@ impl AxisFigures {
         };
         let common = |output| {
             let crosstalk = crosstalk_figures(measured, responses, axis, output);
-            crosstalk.into_iter().chain(error_figures(&view, output))
+            let errors = error_figures(&view, output);
+            let sensitivity = (Quantity::Sensitivity, sensitivity(&view));
+            crosstalk.into_iter().chain(errors).chain([sensitivity])
         };
         if measured.runs.iter().any(|columns| columns.run.is_static) {
-            let figures = |output| common(output).chain(case_figures(&view, output)).collect();
+            let have_order = measured.runs.iter().all(|columns| !columns.run.is_load_case);
+            let loops = have_order.then(|| LoopRows::of(&view));
+            // A place in a recording is an interval of time.
+            let of_rows = |(quantity, figure): (Quantity, Figure)| {
+                (quantity, figure.map(|found| Value { place: None, ..found }))
+            };
+            let figures = |output| {
+                let of_order = match &loops {
+                    Some(loops) => {
+                        let zero_return = (Quantity::ZeroReturn, zero_return(&view, output));
+                        loops.figures(output).into_iter().chain([zero_return]).collect()
+                    }
+                    None => case_figures(&view, output).to_vec(),
+                };
+                common(output).chain(of_order).map(of_rows).collect()
+            };
             return Self {
                 outputs: std::array::from_fn(figures),
                 missing: Some(Reason::NoTimes { axis: view.axis }),
+                cycle_share: loops.as_ref().and_then(LoopRows::share_of_range),
                 ..Self::default()
             };
         }
@@ -159,15 +179,15 @@ impl AxisFigures {
     }
 }
 
-/// Joined columns of several recordings: times, reference, uncompensated and compensated load.
-type Joined = [Vec<f64>; 4];
+/// Joined columns of several recordings: times, gauges, reference, uncompensated and compensated load.
+type Joined = [Vec<f64>; 5];
 
 /// Joins the load cases of all recordings into one table, because load cases have no order in time. Also returns the axes of
-/// the reference load. Returns `None` if the samples are no load cases but have times.
+/// the reference load. Returns `None` if the samples have an order.
 fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
-    let is_static = runs.iter().any(|run| run.is_static);
+    let are_cases = runs.iter().any(|run| run.is_load_case);
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
-    let axes = is_static.then_some(first.reference_axes)?;
+    let axes = are_cases.then_some(first.reference_axes)?;
     let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
         let joined_runs = runs.iter().filter(|run| run.reference_axes == axes);
         joined_runs.flat_map(values).copied().collect()
@@ -175,6 +195,7 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let n_rows = joined(|run| run.times).len();
     let columns = [
         (0..n_rows).map(|row| row as f64).collect(),
+        joined(|run| run.gauges),
         joined(|run| run.reference),
         joined(|run| run.conventional),
         joined(|run| run.compensated),
@@ -188,7 +209,7 @@ fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> 
     let found = figure?;
     let value = found.value;
     let whole = if quantity == Quantity::LoopArea { full_scale * full_scale } else { full_scale };
-    let percent_fs = (!quantity.is_time() && whole > 0.0).then(|| 100.0 * value / whole);
+    let percent_fs = (quantity.is_load() && whole > 0.0).then(|| 100.0 * value / whole);
     if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
     }

@@ -272,7 +272,7 @@ fn column_row(
     row.col(|ui| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => {
-                format!("{} … {}", significant(min, 4), significant(max, 4)).replace('-', "−")
+                format!("{} … {}", number(min), number(max)).replace('-', "−")
             }
             _ => report.content.name().to_owned(),
         };

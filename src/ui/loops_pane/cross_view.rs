@@ -4,7 +4,7 @@ use super::{LoopsPane, channel_name, channel_unit};
 use crate::{
     engine::Engine,
     questions::loops::{Channel, CrossPlot, Inks},
-    ui::command::Out,
+    ui::{command::Out, numbers::significant},
 };
 
 pub fn show(
@@ -30,6 +30,11 @@ pub fn show(
             ui.weak(
                 "Each recording has its own clock, so the times of different recordings overlap.",
             );
+        } else if let Some([slope, correlation]) = picture.trend {
+            let units = [question.up, question.across].map(|of| channel_unit(of, engine));
+            let [slope, correlation] = [slope, correlation].map(|value| significant(value, 4));
+            ui.label(format!("Slope {slope} {}/{}", units[0], units[1]));
+            ui.label(format!("Correlation {correlation}"));
         }
     });
 }

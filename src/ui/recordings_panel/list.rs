@@ -263,7 +263,11 @@ fn header(ui: &mut Ui, shown: &Shown<'_>) {
         Group::Moment => "moments",
     };
     let weak = |text: String| RichText::new(text).weak();
-    place(ui, places.name, |ui| ui.label(weak(format!("Name; RMSE of the {what} [{unit}]"))));
+    let head = match unit {
+        "" => "Name".to_owned(), // there is no load
+        unit => format!("Name; RMSE of the {what} [{unit}]"),
+    };
+    place(ui, places.name, |ui| ui.label(weak(head)));
     place(ui, places.role, |ui| ui.label(weak("Role".to_owned())));
     let traces = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
     errors(ui, shown, &places, |ui, output| {
