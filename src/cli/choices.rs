@@ -26,34 +26,17 @@ use crate::{
 const HEADING: &str = "Features";
 const REGRESSOR_HEADING: &str = "Regressor";
 
-#[derive(Clone, Debug)]
-pub struct LookBacks(Vec<f64>);
-
-impl FromStr for LookBacks {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        if text == "none" {
-            return Ok(Self(Vec::new()));
-        }
-        let List(values) = text.parse().map_err(|error| format!("{error}, or \"none\""))?;
-        Ok(Self(values))
-    }
-}
-
-/// Command-line arguments that are generated from a list of settings.
-trait Listed: Default {
-    fn arguments() -> Vec<Arg>;
-
-    fn take(&mut self, matches: &ArgMatches);
-}
-
+/// Command-line options that are made from a list of settings: those of the learners, or those of the feature blocks.
 #[derive(Debug)]
-struct FromList<T>(T);
+struct FromList<const OF_LEARNERS: bool>(ArgMatches);
 
-impl<T: Listed> Args for FromList<T> {
+impl<const OF_LEARNERS: bool> Args for FromList<OF_LEARNERS> {
     fn augment_args(command: Command) -> Command {
-        command.args(T::arguments())
+        if OF_LEARNERS {
+            command.args(LEARNER_SETTINGS.iter().map(OfLearner::argument))
+        } else {
+            command.args(BLOCKS.iter().map(|block| block_argument(*block)))
+        }
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -61,61 +44,45 @@ impl<T: Listed> Args for FromList<T> {
     }
 }
 
-impl<T: Listed> FromArgMatches for FromList<T> {
+impl<const OF_LEARNERS: bool> FromArgMatches for FromList<OF_LEARNERS> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let mut listed = Self(T::default());
-        listed.update_from_arg_matches(matches)?;
-        Ok(listed)
+        Ok(Self(matches.clone()))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
-        self.0.take(matches);
+        self.0 = matches.clone();
         Ok(())
     }
 }
 
-#[derive(Debug, Default)]
-struct ListedBlocks {
-    blocks: Blocks,
-    /// True if the user named any feature block on the command line, even to switch it off.
-    any_named: bool,
+fn block_argument(block: &'static dyn Block) -> Arg {
+    let setting = block.setting();
+    let argument = described(setting, HEADING);
+    if setting.choices().is_some() {
+        let placeholder = setting.unit.placeholders[0];
+        return argument.value_name(placeholder).value_parser(clap::value_parser!(u8));
+    }
+    let default = listed(setting.default, ",");
+    argument
+        .help(format!("{} [if the option is given without numbers: {default}]", setting.help()))
+        .value_name(setting.unit.placeholders[1])
+        .value_parser(List::from_str)
+        .num_args(0..=1)
 }
 
-impl Listed for ListedBlocks {
-    fn arguments() -> Vec<Arg> {
-        let argument = |block: &&'static dyn Block| {
+impl FromList<false> {
+    /// Returns the feature blocks that the user named, even to switch them off, with their values.
+    fn named(&self) -> impl Iterator<Item = (&'static dyn Block, Vec<f64>)> {
+        let named =
+            BLOCKS.iter().filter(|block| self.0.value_source(block.setting().option).is_some());
+        named.map(|block| {
             let setting = block.setting();
-            let argument = described(setting, HEADING);
-            if setting.choices().is_some() {
-                let placeholder = setting.unit.placeholders[0];
-                return argument.value_name(placeholder).value_parser(clap::value_parser!(u8));
-            }
-            let default = listed(setting.default, ",");
-            argument
-                .help(format!(
-                    "{} [if the option is given without numbers: {default}]",
-                    setting.help()
-                ))
-                .value_name(setting.unit.placeholders[1])
-                .value_parser(List::from_str)
-                .num_args(0..=1)
-        };
-        BLOCKS.iter().map(argument).collect()
-    }
-
-    fn take(&mut self, matches: &ArgMatches) {
-        for &block in BLOCKS {
-            let setting = block.setting();
-            if matches.value_source(setting.option).is_none() {
-                continue;
-            }
             let values = match setting.choices() {
-                Some(_) => matches.get_one(setting.option).map(|n: &u8| vec![f64::from(*n)]),
-                None => matches.get_one(setting.option).map(|List(list)| list.clone()),
+                Some(_) => self.0.get_one(setting.option).map(|n: &u8| vec![f64::from(*n)]),
+                None => self.0.get_one(setting.option).map(|List(list)| list.clone()),
             };
-            self.any_named = true;
-            self.blocks.set(block, values.unwrap_or_else(|| setting.default.to_vec()));
-        }
+            (*block, values.unwrap_or_else(|| setting.default.to_vec()))
+        })
     }
 }
 
@@ -127,7 +94,7 @@ struct OfLearner {
     set: fn(&mut FitSettings, u64),
 }
 
-static OF_LEARNERS: [OfLearner; 7] = [
+static LEARNER_SETTINGS: [OfLearner; 7] = [
     of_network(&UNITS, |settings, n| settings.network.hidden.fill(n as usize)),
     of_network(&EPOCHS, |settings, n| settings.network.epochs = n as usize),
     of_network(&SEED, |settings, seed| settings.network.seed = seed),
@@ -145,39 +112,31 @@ const fn of_network(setting: &'static Setting, set: fn(&mut FitSettings, u64)) -
     OfLearner { setting, learner: Learner::Network, set }
 }
 
-/// Settings of the network and the kernel that the user gave on the command line, with their values.
-#[derive(Debug, Default)]
-struct Learning(Vec<(&'static OfLearner, u64)>);
-
-impl Listed for Learning {
-    fn arguments() -> Vec<Arg> {
-        let argument = |OfLearner { setting, .. }: &OfLearner| {
-            let argument = described(setting, REGRESSOR_HEADING);
-            match (setting.range, setting.number() > 0.0) {
-                (Range::Switch, is_on) => {
-                    let without = if is_on { "Train without: " } else { "" };
-                    let help = format!("{without}{}", setting.help());
-                    argument.help(help).action(ArgAction::SetTrue)
-                }
-                _ => argument
-                    .help(with_default(setting))
-                    .value_name(setting.unit.placeholders[0])
-                    .value_parser(clap::value_parser!(u64)),
+impl OfLearner {
+    fn argument(&self) -> Arg {
+        let setting = self.setting;
+        let argument = described(setting, REGRESSOR_HEADING);
+        match (setting.range, setting.number() > 0.0) {
+            (Range::Switch, is_on) => {
+                let without = if is_on { "Train without: " } else { "" };
+                let help = format!("{without}{}", setting.help());
+                argument.help(help).action(ArgAction::SetTrue)
             }
-        };
-        OF_LEARNERS.iter().map(argument).collect()
+            _ => argument
+                .help(with_default(setting))
+                .value_name(setting.unit.placeholders[0])
+                .value_parser(clap::value_parser!(u64)),
+        }
     }
 
-    fn take(&mut self, matches: &ArgMatches) {
-        for choice in &OF_LEARNERS {
-            let setting = choice.setting;
-            let value = match setting.range {
-                Range::Switch => {
-                    matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
-                }
-                _ => matches.get_one(setting.option).copied(),
-            };
-            self.0.extend(value.map(|value| (choice, value)));
+    /// Returns the value that the user gave on the command line.
+    fn given(&self, matches: &ArgMatches) -> Option<u64> {
+        let setting = self.setting;
+        match setting.range {
+            Range::Switch => {
+                matches.get_flag(setting.option).then_some(1 - setting.number() as u64)
+            }
+            _ => matches.get_one(setting.option).copied(),
         }
     }
 }
@@ -240,31 +199,24 @@ impl CommonArgs {
 #[derive(Debug, Args)]
 pub struct BlockArgs {
     #[command(flatten)]
-    listed: FromList<ListedBlocks>,
+    blocks: FromList<false>,
     #[command(flatten)]
     pub common: CommonArgs,
     #[arg(long = RIDGE.option, help = with_default(&RIDGE), value_name = RIDGE.unit.placeholders[0], value_parser = ridge, allow_negative_numbers = true, help_heading = REGRESSOR_HEADING)]
     pub ridge: Option<RidgeChoice>,
     /// Reference value of an auxiliary channel, as in T=22, at which the exported matrix and offset hold. Repeat the option for each
     /// channel [default: the mean of the channel in the training recordings].
-    #[arg(long, value_name = "NAME=VALUE", help_heading = HEADING)]
-    pub auxiliary_reference: Vec<AuxiliaryReference>,
+    #[arg(long, value_name = "NAME=VALUE", value_parser = auxiliary_reference, help_heading = HEADING)]
+    auxiliary_reference: Vec<(String, f64)>,
 }
 
-#[derive(Clone, Debug)]
-pub struct AuxiliaryReference(String, f64);
-
-impl FromStr for AuxiliaryReference {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.rsplit_once('=').and_then(|(name, value)| {
-            let value: f64 = value.trim().parse().ok()?;
-            let name = name.trim();
-            (!name.is_empty() && value.is_finite()).then(|| Self(name.to_owned(), value))
-        });
-        parts.ok_or_else(|| format!("{text:?} is not NAME=VALUE, as in T=22"))
-    }
+fn auxiliary_reference(text: &str) -> Result<(String, f64), String> {
+    let parts = text.rsplit_once('=').and_then(|(name, value)| {
+        let value: f64 = value.trim().parse().ok()?;
+        let name = name.trim();
+        (!name.is_empty() && value.is_finite()).then(|| (name.to_owned(), value))
+    });
+    parts.ok_or_else(|| format!("{text:?} is not NAME=VALUE, as in T=22"))
 }
 
 impl BlockArgs {
@@ -275,10 +227,8 @@ impl BlockArgs {
     ) -> BTreeMap<String, f64> {
         let names = recordings.entries().first();
         let names = names.map_or(&[][..], |entry| entry.recording.auxiliary().names());
-        let given = self.auxiliary_reference.iter();
-        for AuxiliaryReference(name, _) in
-            given.clone().filter(|reference| !names.contains(&reference.0))
-        {
+        let given = &self.auxiliary_reference;
+        for (name, _) in given.iter().filter(|(name, _)| !names.contains(name)) {
             let known = match names {
                 [] => "the recordings have no auxiliary channel".to_owned(),
                 names => format!("the recordings have the channels {}", names.join(" ")),
@@ -287,14 +237,16 @@ impl BlockArgs {
                 "--auxiliary-reference {name}: no auxiliary channel has this name; {known}"
             ));
         }
-        given.map(|AuxiliaryReference(name, value)| (name.clone(), *value)).collect()
+        given.iter().cloned().collect()
     }
 
     /// Returns the settings of a linear fit to these recordings, without a look-back.
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let common = self.common.settings(recordings);
+        let mut blocks = Blocks::default();
+        self.blocks.named().for_each(|(block, values)| blocks.set(block, values));
         FitSettings {
-            features: FeatureSettings { blocks: self.listed.0.blocks.clone(), ..common.features },
+            features: FeatureSettings { blocks, ..common.features },
             ridge: self.ridge.unwrap_or_default(),
             auxiliary_references: self.auxiliary_references(say, recordings),
             ..common
@@ -329,14 +281,15 @@ pub struct ModelArgs {
     #[arg(
         long,
         value_name = "F,…",
+        value_parser = look_backs,
         allow_negative_numbers = true,
         help_heading = HEADING
     )]
-    look_back: Option<LookBacks>,
+    look_back: Option<List>,
     #[command(flatten)]
     blocks: BlockArgs,
     #[command(flatten)]
-    learning: FromList<Learning>,
+    learners: FromList<true>,
     /// Kind of model that computes the load from the features.
     #[arg(long, value_parser = regressor(), default_value = Regressor::Linear.key(), help_heading = REGRESSOR_HEADING)]
     regressor: Regressor,
@@ -367,6 +320,13 @@ fn one_f_th(text: &str) -> Result<f64, String> {
     })
 }
 
+fn look_backs(text: &str) -> Result<List, String> {
+    if text == "none" {
+        return Ok(List(Vec::new()));
+    }
+    text.parse().map_err(|error| format!("{error}, or \"none\""))
+}
+
 fn ridge(text: &str) -> Result<RidgeChoice, String> {
     match text {
         "auto" => Ok(RidgeChoice::Auto),
@@ -386,8 +346,9 @@ impl ModelArgs {
     pub fn settings(&self, say: &Messages, recordings: &RecordingSet) -> FitSettings {
         let regressor = self.regressor;
         let mut settings = FitSettings { regressor, ..self.blocks.settings(say, recordings) };
-        for (choice, value) in &self.learning.0.0 {
-            (choice.set)(&mut settings, *value);
+        for choice in &LEARNER_SETTINGS {
+            let Some(value) = choice.given(&self.learners.0) else { continue };
+            (choice.set)(&mut settings, value);
             if regressor.learner() != Some(choice.learner) {
                 let (option, key) = (choice.setting.option, regressor.key());
                 say.note(format_args!("--{option} has no effect with --regressor {key}"));
@@ -401,9 +362,9 @@ impl ModelArgs {
         let default = Thresholds::default_for(distance);
         let t_th_secs = self.t_th.unwrap_or(default.t_th_secs);
         let f_ths = match (&self.look_back, self.f_th) {
-            (Some(LookBacks(values)), _) => values.clone(),
+            (Some(List(values)), _) => values.clone(),
             (None, Some(f_th)) => vec![f_th],
-            (None, None) if self.t_th.is_some() || !self.blocks.listed.0.any_named => {
+            (None, None) if self.t_th.is_some() || self.blocks.blocks.named().next().is_none() => {
                 vec![default.f_th]
             }
             (None, None) => Vec::new(),
@@ -522,7 +483,7 @@ mod tests {
     #[test]
     fn a_list_that_is_none_is_refused() {
         assert!("1,x".parse::<List>().unwrap_err().contains("\"x\""));
-        assert!("nope".parse::<LookBacks>().is_err());
+        assert!(look_backs("nope").is_err());
         assert!(ridge("much").is_err());
         assert_eq!(ridge("auto"), Ok(RidgeChoice::Auto));
     }
@@ -531,7 +492,7 @@ mod tests {
     #[test]
     fn the_guide_lists_every_setting_and_the_method_every_block() {
         let blocks = BLOCKS.iter().map(|block| block.setting());
-        let learning = OF_LEARNERS.iter().map(|choice| choice.setting);
+        let learning = LEARNER_SETTINGS.iter().map(|choice| choice.setting);
         let rows = [&F_TH, &T_TH].into_iter().chain(blocks).chain([&RIDGE]).chain(learning);
         let rows = rows.chain([&OFFSET, &DECIMATION, &HISTORY_RATE]);
         let rows = rows.map(|setting| {

@@ -89,24 +89,15 @@ impl FromStr for Values {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        if !text.contains(':') {
-            if text.trim().is_empty() {
-                return Ok(Self::Listed(Vec::new()));
-            }
-            let List(values) = text.parse()?;
-            return Ok(Self::Listed(values));
+        if text.trim().is_empty() {
+            return Ok(Self::Listed(Vec::new()));
         }
-        let numbers: Vec<f64> = text
-            .split(':')
-            .map(|cell| cell.trim().parse())
-            .collect::<Result<_, _>>()
-            .map_err(|_| format!("{text:?} is not start:stop:step, as in 0:14:0.5"))?;
-        match numbers[..] {
+        let is_range = text.contains(':');
+        let List(values) = List::split(text, if is_range { ':' } else { ',' })?;
+        match values[..] {
+            _ if !is_range => Ok(Self::Listed(values)),
             [start, stop, step] => Ok(Self::Even(start, stop, step)),
-            _ => Err(format!(
-                "{text:?} is not start:stop:step, as in 0:14:0.5; it has {} numbers",
-                numbers.len()
-            )),
+            _ => Err(format!("{text:?} is not start:stop:step, as in 0:14:0.5")),
         }
     }
 }

@@ -47,15 +47,17 @@ impl FromStr for List {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        text.split(',')
-            .map(|cell| {
-                let cell = cell.trim();
-                cell.parse().map_err(|_| {
-                    format!("{cell:?} is not a number; write numbers separated by commas")
-                })
-            })
-            .collect::<Result<_, _>>()
-            .map(Self)
+        Self::split(text, ',')
+    }
+}
+
+impl List {
+    pub fn split(text: &str, separator: char) -> Result<Self, String> {
+        let number = |cell: &str| {
+            let wrong = || format!("{cell:?} is not a number; write numbers separated by commas");
+            cell.parse().map_err(|_| wrong())
+        };
+        text.split(separator).map(str::trim).map(number).collect::<Result<_, _>>().map(Self)
     }
 }
 

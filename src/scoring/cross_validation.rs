@@ -22,7 +22,7 @@ pub const FEWEST_RECORDINGS: usize = 3;
 pub const BLOCKS: usize = 5;
 
 /// Division of the training recordings into parts that cross-validation leaves out in turn.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Folds {
     /// Pieces of each recording, each with the number of the cross-validation part that contains it. A recording that is not
     /// used for training is one piece.

@@ -77,7 +77,7 @@ pub(crate) type Paths = Arc<Vec<LoadPath>>;
 pub(crate) type SumsOfPieces = Arc<Vec<Vec<NormalEquations>>>;
 
 /// Recordings of a fit after decimation, with their conventional loads.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Dataset {
     key: Key,
     pub entries: Vec<Entry>,
@@ -97,7 +97,7 @@ pub(crate) struct Dataset {
     /// Shortest time (s) between two samples that counts as a pause, from the training recordings; `None` if no recording
     /// determines it.
     gap_secs: Option<f64>,
-    pub derived: Derived,
+    pub derived: Arc<Derived>,
 }
 
 /// A result that is computed when it is first needed. Other threads that need it meanwhile wait, and can be cancelled.
@@ -114,11 +114,11 @@ impl<T> Default for Once<T> {
 }
 
 impl<T> Once<T> {
-    fn get(
+    fn get<E: From<Cancelled>>(
         &self,
         progress: &Progress,
-        compute: impl FnOnce() -> Result<T, Cancelled>,
-    ) -> Result<&T, Cancelled> {
+        compute: impl FnOnce() -> Result<T, E>,
+    ) -> Result<&T, E> {
         if self.found.get().is_none() {
             let _computing = waited_for(&self.computing, progress)?;
             if self.found.get().is_none() {
@@ -146,8 +146,8 @@ pub(crate) struct Derived {
     pub unmoved: Mutex<Option<(Design, SumsOfPieces)>>,
 }
 
-/// Place of one dataset in the cache. It is locked while the dataset is prepared, so that other threads wait.
-type Place = Arc<Mutex<Option<Arc<Dataset>>>>;
+/// Place of one dataset in the cache.
+type Place = Arc<Once<Arc<Dataset>>>;
 
 /// Cache of the datasets that several requests about the same recordings share.
 #[derive(Clone, Debug, Default)]
@@ -160,18 +160,8 @@ pub struct Datasets {
     applied: Arc<Mutex<Option<Arc<Applied>>>>,
 }
 
-#[derive(Debug)]
-struct FaultsOf {
-    recording: Arc<Recording>,
-    range: ValidRange,
-    faults: Arc<Faults>,
-}
-
-impl FaultsOf {
-    fn is(&self, recording: &Arc<Recording>, range: &ValidRange) -> bool {
-        Arc::ptr_eq(&self.recording, recording) && self.range == *range
-    }
-}
+/// Faulty samples of a recording, with the range of valid loads by which they were found.
+type FaultsOf = (Arc<Recording>, ValidRange, Arc<Faults>);
 
 /// Maximum range of a load that rests, as a share of the range over all recordings.
 const RESTS: f64 = 0.02;
@@ -211,11 +201,7 @@ impl Datasets {
     ) -> Result<Arc<Dataset>, AnalysisError> {
         progress.check()?;
         let place = self.place(key);
-        let mut dataset = waited_for(&place, progress)?;
-        if dataset.is_none() {
-            *dataset = Some(Arc::new(Dataset::prepare(key, progress)?));
-        }
-        Ok(Arc::clone(dataset.as_ref().expect("the dataset was prepared above")))
+        place.get(progress, || Dataset::prepare(key, progress).map(Arc::new)).cloned()
     }
 
     fn place(&self, key: &Key) -> Place {
@@ -268,8 +254,10 @@ impl Datasets {
         let before = std::mem::take(&mut *kept);
         let all: Vec<&Arc<Recording>> =
             (recordings.entries().iter()).map(|entry| &entry.recording).collect();
+        let is_of =
+            |known: &FaultsOf, recording| Arc::ptr_eq(&known.0, recording) && known.1 == *range;
         let are_known = before.len() == all.len()
-            && before.iter().zip(&all).all(|(known, of)| known.is(of, range));
+            && before.iter().zip(&all).all(|(known, recording)| is_of(known, recording));
         // Load cases without times are compared with each other, so all their recordings are searched together.
         let mut of_tables = if !are_known && all.iter().any(|recording| recording.is_static()) {
             faults_of(&all.iter().map(|recording| &***recording).collect::<Vec<_>>(), range)
@@ -279,19 +267,15 @@ impl Datasets {
         .into_iter();
         for recording in all {
             progress.check()?;
-            let known = before.iter().find(|known| known.is(recording, range));
+            let known = before.iter().find(|known| is_of(known, recording));
             let found = match (of_tables.next(), known) {
                 (Some(found), _) => Arc::new(found),
-                (None, Some(known)) => Arc::clone(&known.faults),
+                (None, Some((.., known))) => Arc::clone(known),
                 (None, None) => Arc::new(faults(recording, range)),
             };
-            kept.push(FaultsOf {
-                recording: Arc::clone(recording),
-                range: range.clone(),
-                faults: found,
-            });
+            kept.push((Arc::clone(recording), range.clone(), found));
         }
-        Ok(kept.iter().map(|found| Arc::clone(&found.faults)).collect())
+        Ok(kept.iter().map(|(.., found)| Arc::clone(found)).collect())
     }
 }
 
@@ -352,7 +336,7 @@ impl Dataset {
             conventional,
             map,
             loads,
-            derived: Derived::default(),
+            derived: Arc::default(),
         })
     }
 
@@ -409,18 +393,11 @@ impl Dataset {
         let loads = entries.par_iter();
         let loads = loads.map(|entry| Arc::new(loads_from_gauges(&self.map, &entry.recording)));
         Self {
-            key: self.key.clone(),
-            groups: self.groups.clone(),
             folds: folds(&entries, &self.groups),
-            conventional: self.conventional.clone(),
-            map: self.map.clone(),
             loads: Some(loads.collect()),
-            full_scale: self.full_scale.clone(),
-            largest: self.largest.clone(),
-            gap_secs: self.gap_secs,
             entries,
-            auxiliary: self.auxiliary.clone(),
-            derived: Derived::default(),
+            derived: Arc::default(),
+            ..self.clone()
         }
     }
 
@@ -796,7 +773,7 @@ mod tests {
         let request = Request::fit(Arc::default(), FitSettings::default());
         let progress = Progress::default();
         let place = datasets.place(&request.key());
-        let preparing = place.lock().unwrap();
+        let preparing = place.computing.lock().unwrap();
         std::thread::scope(|scope| {
             let waits = scope.spawn(|| datasets.get(&request.key(), &progress).err());
             std::thread::sleep(4 * LOOK_AGAIN);
@@ -814,7 +791,7 @@ mod tests {
         let request =
             |offset| Request::fit(Arc::default(), FitSettings { offset, ..FitSettings::default() });
         let place = datasets.place(&request(true).key());
-        let _preparing = place.lock().unwrap();
+        let _preparing = place.computing.lock().unwrap();
         let answer = datasets.get(&request(false).key(), &Progress::default()).err();
         assert_eq!(answer, Some(AnalysisError::NoTraining));
         let progress = Progress::default();

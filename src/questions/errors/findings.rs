@@ -257,7 +257,7 @@ fn of_regressor(calibration: &Calibration) -> Vec<Finding> {
         Finding::new(id, Enough, seen).with(format!("{strength:e}"))
     }));
     let alone = calibration.linear_alone();
-    let seen = format!("the network or kernel is not used on {}", symbols(&alone));
+    let seen = format!("the network or kernel is not used on {}", Axis::symbols(&alone).join(", "));
     found.extend((!alone.is_empty()).then(|| Finding::new(Id::LinearAlone, Enough, seen)));
     found
 }
@@ -272,7 +272,7 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     let axes: Vec<Axis> = worse.iter().map(|at| calibration.axes[*at]).collect();
     let seen = format!(
         "the test error of the compensated calibration exceeds that of the conventional one on {}",
-        symbols(&axes)
+        Axis::symbols(&axes).join(", ")
     );
     let figures = worse.iter().zip(&axes).map(|(at, axis)| {
         let [before, after] = [before[*at], after[*at]].map(|rmse| significant(rmse, 3));
@@ -280,11 +280,6 @@ fn worse_on_test(calibration: &Calibration) -> Option<Finding> {
     });
     let figures = figures.collect::<Vec<_>>().join("; ");
     (!worse.is_empty()).then(|| Finding::new(Id::WorseOnTest, Doubtful, seen).with(figures))
-}
-
-fn symbols(axes: &[Axis]) -> String {
-    let symbols: Vec<&str> = axes.iter().map(|axis| axis.symbol()).collect();
-    symbols.join(", ")
 }
 
 /// Number of load cases per free coefficient below which a finding is grave. With so few load cases, the errors on other

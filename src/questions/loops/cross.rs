@@ -1,6 +1,5 @@
-//! Cross-plots: one channel (time, gauge or load) plotted against another.
-//!
-//! Dwells (intervals of constant load), and the drift of the uncompensated and the compensated load in a dwell.
+//! Cross-plots of one channel (time, gauge or load) against another, and dwells (intervals of constant load) with the drift
+//! of the uncompensated and the compensated load.
 
 use crate::{
     progress::Progress,

@@ -1,6 +1,4 @@
-//! Plots of loops and cross-plots, drawn alike in the window, in files and in the report.
-//!
-//! Tables of the widths and areas of loops, and of the drift in a dwell.
+//! Plots of loops and cross-plots, drawn alike in the window, in files and in the report, and the tables beside them.
 
 use std::sync::Arc;
 

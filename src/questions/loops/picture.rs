@@ -1,6 +1,4 @@
 //! Loops of one axis: a gauge or the loads plotted against the reference load, with the widths and areas of the loops.
-//!
-//! Visible range of a plot.
 
 use std::sync::Arc;
 

@@ -1,11 +1,8 @@
-//! Metrology rows from dwells: zero return, creep, time constant of creep, creep recovery.
+//! Metrology rows that need no loop: dwells (zero return, creep, recovery), errors of all samples, load cases, crosstalk,
+//! noise, and effects of the temperature.
 //!
-//! Metrology rows that need no order in time: errors of all samples, and nonlinearity and repeatability of load cases.
-//!
-//! Crosstalk rows: the reading of an unloaded axis while another axis is loaded alone. Neither noise nor an offset of the axis
+//! Crosstalk is the reading of an unloaded axis while another axis is loaded alone. Neither noise nor an offset of the axis
 //! counts as crosstalk.
-//!
-//! Rows of the metrology table for the noise of the load, and for the effect of the temperature on zero and span.
 
 use std::{collections::BTreeMap, ops::Range};
 

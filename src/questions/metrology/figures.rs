@@ -1,10 +1,5 @@
-//! Inputs of the metrology figures (recordings with their loads), and the computed figures.
-//!
-//! Settings of the metrology figures, and their defaults.
-//!
-//! Reasons why a metrology figure is missing, as sentences that take the place of the figure.
-//!
-//! Quantities of the metrology table, and their definitions.
+//! Metrology figures: their definitions, their inputs (recordings with loads, and settings), the computed figures, and the
+//! reasons that take the place of a missing figure.
 
 use std::borrow::Cow;
 use std::mem::discriminant;

@@ -1,6 +1,5 @@
 //! Metrology rows from loops: hysteresis, loop area, nonlinearity, combined error, repeatability, and the time lag in the loops.
-//!
-//! Readings at the ends of the steps of a staircase.
+//! On a staircase, the readings at the ends of the steps take the place of all samples.
 
 use crate::{
     min_max::MinMax,

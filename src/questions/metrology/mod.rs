@@ -14,7 +14,7 @@
 //! viscosity increase the width of a loop. Nonlinearity is that of a branch between two reversals.
 //!
 //! Each loop figure gives its number of cycles (counted by rainflow) and the share of the load range ([`Basis`]). The figures compare two calibrations on the same data fairly, but do not replace
-//! a calibration in steps on a reference machine. [`free_running`](quantity::Definition::free_running) lists the conditions
+//! a calibration in steps on a reference machine. [`free_running`](figures::Definition::free_running) lists the conditions
 //! for each row.
 
 mod dwell_rows;

@@ -1,8 +1,7 @@
-//! One cross-validation fold of a model search: its recordings, and the thresholds, play radii and times that were chosen on
-//! its training recordings.
+//! Candidates of a model search, and the choice of their thresholds, play radii and times on the training recordings of one
+//! cross-validation fold.
 //!
-//! Candidates of a model search. A new feature block becomes a candidate as soon as the list of feature blocks has a line for
-//! it.
+//! A new feature block becomes a candidate as soon as the list of feature blocks has a line for it.
 
 use std::sync::Arc;
 

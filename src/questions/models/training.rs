@@ -1,17 +1,16 @@
-//! Fits any regressor and scores it on samples outside the fit.
+//! Trains any regressor, and scores it on samples outside the fit.
 //!
-//! Training of networks and kernels on all training recordings, either alone or on the residuals of a linear fit (hybrid).
+//! Networks and kernels are trained on all training recordings, either alone or on the residuals of a linear fit (hybrid). For
+//! their cross-validation, parts of the training recordings are left out in turn, and the complete fit is repeated without
+//! each part.
 //!
 //! Guarantees: the features of a kernel are computed once if there is enough memory, and otherwise again in each pass through
 //! the samples. A network draws its samples in a new order in each epoch, so all samples stay in memory, in single precision.
 //!
-//! Cross-validates networks, kernels and their combinations with a linear fit: parts of the training recordings are left out
-//! in turn, and the complete fit is repeated without each part.
-//!
-//! Guarantees: no fitted value depends on the left-out part. This applies to the conventional calibration, the look-back
-//! (earlier gauge values), the linear fit with its ridge, the standardisation, the landmarks and ridge strengths of the
-//! kernel, early stopping, and the share with which the network or kernel is added. Only the full scales, which belong to the
-//! sensor, are the same in every fit.
+//! No fitted value depends on the left-out part. This applies to the conventional calibration, the look-back (earlier gauge
+//! values), the linear fit with its ridge, the standardisation, the landmarks and ridge strengths of the kernel, early
+//! stopping, and the share with which the network or kernel is added. Only the full scales, which belong to the sensor, are
+//! the same in every fit.
 
 use std::borrow::Borrow;
 use std::ops::Range;

@@ -1,20 +1,9 @@
-//! Map of errors over both thresholds of a look-back: one row for each force threshold F_th, one column for each time
-//! threshold t_th.
+//! Map of errors over both thresholds of a look-back: its grid (one row for each force threshold F_th, one column for each
+//! time threshold t_th), measures that combine the errors of several axes in one number, and the suggested pair.
 //!
-//! Guarantees: rows may arrive in any order. A missing row is `None`, and every function accepts missing rows.
-//!
-//! Grid of the pairs of a force threshold F_th and a time threshold t_th that are tried for a look-back, and the order in
-//! which they are tried.
-//!
-//! Guarantees: the thresholds of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and
-//! one t_th.
-//!
-//! Measures that combine the errors of several axes in one number.
-//!
-//! Guarantees: every measure is the root of a weighted sum of the axes' squared errors. The same weights therefore apply to
-//! sums of squared errors.
-//!
-//! Suggests the thresholds of a look-back with the lowest cross-validation error, and the range of equally good thresholds.
+//! Guarantees: rows may arrive in any order. A missing row is `None`, and every function accepts missing rows. The thresholds
+//! of a [`ThresholdGrid`] are finite, not negative, and ascending. There is at least one F_th and one t_th. Every measure is
+//! the root of a weighted sum of the axes' squared errors, so the same weights apply to sums of squared errors.
 
 use serde::{Deserialize, Serialize};
 

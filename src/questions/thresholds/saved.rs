@@ -1,9 +1,5 @@
-//! Files in which a threshold map can be saved. [`MAP_FORMATS`] is the only list of their formats.
-//!
-//! CSV file of a threshold map: one row for each pair of thresholds and each set of samples (train, test, cross-validation).
-//!
-//! Figures of a threshold map: the heat map of the errors over both thresholds, and curves of the error against one
-//! threshold.
+//! Files and figures of a threshold map: a table as CSV, the heat map of the errors over both thresholds, and curves of the
+//! error against one threshold. [`MAP_FORMATS`] is the only list of the file formats.
 
 use std::io;
 use std::path::{Path, PathBuf};

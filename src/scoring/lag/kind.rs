@@ -1,14 +1,13 @@
-//! Delays a signal by a fixed time, or filters it by a first-order low-pass.
+//! Delays a signal by a fixed time, or filters it by a first-order low-pass; removes the lag of an output behind the reference
+//! load, and measures the hysteresis loop that remains.
 //!
 //! Guarantees: the result is finite for finite samples whose times do not decrease. A signal that is a straight line stays a
 //! straight line, except shortly after its start.
 //!
-//! Removes the lag of an output behind the reference load, and measures the hysteresis loop that remains.
-//!
-//! The reference is delayed by interpolation, or filtered by a low-pass, until it is as late as the output. The output is not
-//! corrected instead, because an inverse low-pass would amplify the noise of the gauges. Then the outputs of all axes and a
-//! constant are fitted to the delayed reference by least squares. This corrects wrong gains and crosstalk of a calibration
-//! that was fitted to recordings with the lag.
+//! The reference is delayed or filtered until it is as late as the output. The output is not corrected instead, because an
+//! inverse low-pass would amplify the noise of the gauges. Then the outputs of all axes and a constant are fitted to the
+//! delayed reference by least squares. This corrects wrong gains and crosstalk of a calibration that was fitted to recordings
+//! with the lag.
 
 use faer::Mat;
 use serde::Serialize;
@@ -50,16 +49,10 @@ impl LagKind {
     /// A delayed signal is interpolated by cubic polynomials through four samples. The low-pass treats the signal as a
     /// straight line between two samples. Before its first sample, a signal counts as constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
-        match self {
-            _ if seconds == 0.0 => values.to_vec(),
-            Self::Delay => {
-                delay(times, seconds).map(|weights| interpolated(&weights, values)).collect()
-            }
-            Self::FirstOrder => {
-                let weights = low_pass(times[0], times, seconds);
-                filtered(&mut (values[0], values[0]), weights, values)
-            }
-        }
+        let mut late = Vec::with_capacity(values.len());
+        let used = vec![true; times.len()];
+        add_late_rows(self, seconds, (times, &used), (values, 1), &mut late);
+        late
     }
 }
 
@@ -113,13 +106,6 @@ pub fn add_late_rows(
                 }
             }
         }
-    }
-}
-
-fn interpolated((first, weights): &(usize, [f64; 4]), values: &[f64]) -> f64 {
-    match values.get(*first..first + 4) {
-        Some([a, b, c, d]) => weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d,
-        _ => dot(weights, &values[*first..]),
     }
 }
 

@@ -1,9 +1,7 @@
 //! Cycles of a load, and the width of the hysteresis loop between the two branches of a cycle.
 //!
-//! Output as a function of the load along one branch of a hysteresis loop.
-//!
-//! Guarantees: the curve is finite for finite samples, even if the load turns back within the branch. It is exact for an
-//! output that is linear in the load.
+//! Guarantees: the output along a branch ([`Curve`]) is finite for finite samples, even if the load turns back within the
+//! branch. It is exact for an output that is linear in the load.
 
 use crate::{min_max::MinMax, recording::median::white_noise, scoring::loops::turns::Branch};
 

@@ -1,17 +1,10 @@
 //! Chooses the thresholds of a look-back, and the values of other feature blocks. A [`Study`] is prepared once, and then
 //! answers each request with one pass over the samples.
 //!
+//! In the map of errors, one search for earlier samples and one pass over the samples give the sums of each F_th. The errors
+//! at all t_th follow from these sums.
+//!
 //! Guarantees: suggestions depend on the training recordings alone. Test recordings are only scored.
-//!
-//! Data of a fit that do not depend on the thresholds of a look-back, prepared once for every request about thresholds.
-//!
-//! Computes the map of errors over the force threshold F_th and the time threshold t_th of a look-back. For each F_th, one
-//! search for earlier samples and one pass over the samples give the errors at all t_th.
-//!
-//! Computes the errors at one force threshold F_th and all time thresholds t_th from sums over the samples. No further pass
-//! over the samples is needed.
-//!
-//! Ages of the earlier samples that a look-back finds with the force threshold F_th and the time threshold t_th.
 
 mod blocks;
 
@@ -524,16 +517,6 @@ impl PastAges {
         }
     }
 
-    /// Returns the share of the samples for which the look-back finds an earlier sample; zero without samples.
-    pub fn share_found(&self) -> f64 {
-        self.share(self.n_found)
-    }
-
-    /// Returns the share of the samples whose earlier sample is older than t_th; zero without samples.
-    pub fn share_beyond_t_th(&self) -> f64 {
-        self.share(self.n_cut_off)
-    }
-
     fn share(&self, count: u64) -> f64 {
         count as f64 / self.n_samples.max(1) as f64
     }
@@ -554,17 +537,13 @@ impl PastAges {
 
 impl fmt::Display for PastAges {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = |share: f64| significant(100.0 * share, 3);
-        write!(
-            f,
-            "{} % of the training samples find an earlier sample",
-            percent(self.share_found())
-        )?;
+        let percent = |count| significant(100.0 * self.share(count), 3);
+        write!(f, "{} % of the training samples find an earlier sample", percent(self.n_found))?;
         let ages = [0.5, 0.95].map(|share| self.age_quantile_secs(share));
         if let [Some(half), Some(most)] = ages.map(|age| Some(significant(age?, 3))) {
             write!(f, " (half of these are at most {half} s old, 95 % at most {most} s)")?;
         }
-        let beyond = percent(self.share_beyond_t_th());
+        let beyond = percent(self.n_cut_off);
         write!(f, "; for {beyond} % the earlier sample is older than t_th")
     }
 }
@@ -585,7 +564,8 @@ mod past_ages_tests {
         assert_eq!((past_ages.n_samples, past_ages.n_found, past_ages.n_cut_off), (5, 2, 2));
         let counts: Vec<u64> = past_ages.ages.iter().map(|bin| bin.count).collect();
         assert_eq!((counts, past_ages.n_beyond), (vec![1, 1, 1, 0], 1));
-        assert_eq!((past_ages.share_found(), past_ages.share_beyond_t_th()), (0.4, 0.4));
+        let shares = [past_ages.n_found, past_ages.n_cut_off].map(|n| past_ages.share(n));
+        assert_eq!(shares, [0.4, 0.4]);
         assert_eq!(past_ages.age_quantile_secs(0.5), Some(1.0));
         assert_eq!(past_ages.age_quantile_secs(1.0), Some(2.0));
     }
@@ -596,6 +576,6 @@ mod past_ages_tests {
         past_ages.count(&[0.0, 1.0], &[0, 0], 0.0);
         assert_eq!((past_ages.n_found, past_ages.n_cut_off, past_ages.n_beyond), (0, 1, 1));
         assert_eq!(past_ages.age_quantile_secs(0.5), None);
-        assert_eq!(PastAges::default().share_found(), 0.0);
+        assert_eq!(PastAges::default().share(0), 0.0);
     }
 }
