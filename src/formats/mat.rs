@@ -76,39 +76,50 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             other => other,
         });
     }
-    if !source.head.starts_with(b"MATLAB") {
-        return older(source);
+    let is_old = !source.head.starts_with(b"MATLAB");
+    if is_old && OlderHeader::read(source.head).is_none() {
+        return Ok(None);
     }
     let mut file = Vec::new();
     source.open()?.read_to_end(&mut file)?;
-    let Some((header, elements)) = file.split_at_checked(HEADER_BYTES) else {
+    let (mut top, mut groups) = (Fields::default(), vec![Group::default()]);
+    if is_old {
+        older(&file, source, &mut top)?;
+    } else {
+        newer(&file, source, &mut top, &mut groups)?;
+    }
+    groups[0].arrays = top.arrays;
+    parts::of_groups(groups, '.', top.left_out, source.parts).map(Some)
+}
+
+/// Reads the variables of a file of version 5. Each struct becomes a group of its own.
+fn newer(
+    file: &[u8],
+    source: &Source<'_>,
+    top: &mut Fields,
+    groups: &mut Vec<Group>,
+) -> Result<(), FileError> {
+    let Some((header, bytes)) = file.split_at_checked(HEADER_BYTES) else {
         return Err(FileError::cut_short(FILE));
     };
     let is_big_endian = header.ends_with(b"MI");
     if !is_big_endian && !header.ends_with(b"IM") {
-        return Err(FileError::damaged(
-            FILE,
-            "its header does not tell whether numbers are little-endian or big-endian",
-        ));
+        let why = "its header does not tell whether numbers are little-endian or big-endian";
+        return Err(FileError::damaged(FILE, why));
     }
-    let mut variables = Elements { bytes: elements, is_big_endian };
-    let (mut top, mut groups) = (Fields::default(), Vec::new());
+    let mut variables = Elements { bytes, is_big_endian };
     while !variables.bytes.is_empty() {
         source.progress.check()?;
-        let (kind, bytes) = variables.next(FILE)?;
         let compressed;
-        let matrix = match kind {
-            MI_COMPRESSED => {
-                compressed = unpacked(bytes)?;
-                let mut inside = Elements { bytes: &compressed, is_big_endian };
-                inside.next(FILE)?
-            }
-            kind => (kind, bytes),
-        };
-        let (MI_MATRIX, matrix) = matrix else {
-            continue;
-        };
-        let Some((name, elements)) = variable(matrix, is_big_endian, None, &mut top)? else {
+        let mut matrix = variables.next(FILE)?;
+        if let (MI_COMPRESSED, bytes) = matrix {
+            compressed = unpacked(bytes)?;
+            matrix = Elements { bytes: &compressed, is_big_endian }.next(FILE)?;
+        }
+        let (MI_MATRIX, bytes) = matrix else { continue };
+        let (name, content) = content(Elements { bytes, is_big_endian }, None, 0)?;
+        let Content::Struct(elements) = content else {
+            top.take(name, content);
             continue;
         };
         let is_table = |fields: &Fields| fields.arrays.iter().any(|array| array.values.len() > 1);
@@ -116,25 +127,21 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
             top.leave_out(&name, "a struct");
             continue;
         }
-        let n_elements = elements.len();
+        let is_single = elements.len() == 1;
         for (at, fields) in elements.into_iter().enumerate() {
             top.left_out.extend(fields.left_out.iter().map(|what| format!("{name}.{what}")));
-            groups.push(Group {
-                name: match n_elements {
-                    1 => name.clone(),
-                    _ => format!("{name}({})", at + 1),
-                },
-                arrays: fields.arrays,
-            });
+            let name = if is_single { name.clone() } else { format!("{name}({})", at + 1) };
+            groups.push(Group { name, arrays: fields.arrays });
         }
     }
-    top.table(groups, source).map(Some)
+    Ok(())
 }
 
+/// Header of a matrix in a file of version 4.
 struct OlderHeader {
     is_big_endian: bool,
     number: Number,
-    /// Class of the matrix: 0 for numbers, 1 for text, 2 for a sparse matrix.
+    /// 0 for numbers, 1 for text, 2 for a sparse matrix.
     class: u32,
     is_complex: bool,
     shape: [usize; 2],
@@ -143,7 +150,6 @@ struct OlderHeader {
 }
 
 impl OlderHeader {
-    /// Reads the header of a variable of version 4 at the start of `bytes`; `None` if there is none.
     fn read(bytes: &[u8]) -> Option<Self> {
         const NUMBERS: [Number; 6] = [
             Number::Float(8),
@@ -153,6 +159,7 @@ impl OlderHeader {
             Number::Uint(2),
             Number::Uint(1),
         ];
+        // The digits of the first number say how the matrix is stored. In big-endian files they start with 1.
         let is_big_endian = bytes.starts_with(&[0, 0]) && bytes.get(2) != Some(&0);
         let parts = Elements { bytes, is_big_endian };
         let integers = bytes.get(..20)?.chunks_exact(4);
@@ -177,15 +184,9 @@ impl OlderHeader {
     }
 }
 
-/// Reads the matrices of a file of version 4; returns `None` if the file does not start with a matrix.
-fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
-    if OlderHeader::read(source.head).is_none() {
-        return Ok(None);
-    }
-    let mut file = Vec::new();
-    source.open()?.read_to_end(&mut file)?;
-    let mut rest = &file[..];
-    let mut top = Fields::default();
+/// Reads the matrices of a file of version 4.
+fn older(file: &[u8], source: &Source<'_>, top: &mut Fields) -> Result<(), FileError> {
+    let mut rest = file;
     while !rest.is_empty() {
         source.progress.check()?;
         let Some(header) = OlderHeader::read(rest) else {
@@ -195,28 +196,25 @@ fn older(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
                 FileError::damaged(FILE, "the data behind a matrix are not another matrix")
             });
         };
-        let OlderHeader { shape, name, .. } = header;
-        let parts = if header.is_complex { 2 } else { 1 };
-        let lengths = [shape[0], shape[1], header.number.n_bytes(), parts];
+        let OlderHeader { shape: [n_rows, n_columns], name, .. } = header;
+        let parts = 1 + usize::from(header.is_complex);
+        let lengths = [n_rows, n_columns, header.number.n_bytes(), parts];
         let n_bytes = lengths.into_iter().try_fold(1, usize::checked_mul);
         let numbers = n_bytes.and_then(|n_bytes| rest[header.n_bytes..].get(..n_bytes));
         let numbers = numbers.ok_or_else(|| FileError::cut_short(&name))?;
         rest = &rest[header.n_bytes + numbers.len()..];
-        let values = || header.number.all(numbers, header.is_big_endian);
-        match header.class {
-            1 => top.leave_out(&name, "text"),
-            2 => top.leave_out(&name, "a sparse matrix"),
-            _ if header.is_complex => top.leave_out(&name, "complex numbers"),
-            _ => top.arrays.push(Array {
-                name,
-                shape: shape.to_vec(),
-                is_by_column: true,
-                values: values(),
-                ..Array::default()
-            }),
-        }
+        let content = match header.class {
+            1 => Content::Other("text"),
+            2 => Content::Other("a sparse matrix"),
+            _ if header.is_complex => Content::Other("complex numbers"),
+            _ => {
+                let values = header.number.all(numbers, header.is_big_endian);
+                Content::Array(vec![n_rows, n_columns], values)
+            }
+        };
+        top.take(name, content);
     }
-    top.table(Vec::new(), source).map(Some)
+    Ok(())
 }
 
 fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
@@ -230,6 +228,16 @@ fn unpacked(packed: &[u8]) -> Result<Vec<u8>, FileError> {
     Ok(unpacked)
 }
 
+/// Content of a variable, or of a field of a struct.
+enum Content {
+    /// Shape and values, column by column.
+    Array(Vec<usize>, Vec<f64>),
+    /// Fields of each element of a struct array.
+    Struct(Vec<Fields>),
+    /// Description of a content that is not read.
+    Other(&'static str),
+}
+
 /// Variables of a file, or fields of a struct. A field of a struct within a struct is named `struct.field`.
 #[derive(Default)]
 struct Fields {
@@ -239,17 +247,31 @@ struct Fields {
 
 impl Fields {
     fn leave_out(&mut self, name: &str, what: &str) {
-        self.left_out.push(format!("{name} ({what})"));
+        let named = format!("{name} ({what})");
+        self.left_out.push(if name.is_empty() { what.to_owned() } else { named });
     }
 
-    /// Returns the table of a file: its variables form one group, and each struct forms another.
-    fn table(self, structs: Vec<Group>, source: &Source<'_>) -> Result<Columns, FileError> {
-        let top = Group { arrays: self.arrays, ..Group::default() };
-        let groups = std::iter::once(top).chain(structs).collect();
-        parts::of_groups(groups, '.', self.left_out, source.parts)
+    fn take(&mut self, name: String, content: Content) {
+        match content {
+            Content::Array(shape, values) => {
+                let array = Array { name, shape, is_by_column: true, values, ..Array::default() };
+                self.arrays.push(array);
+            }
+            Content::Struct(mut elements) if elements.len() == 1 => {
+                let inner = elements.remove(0);
+                let within = |what: &String| format!("{name}.{what}");
+                self.left_out.extend(inner.left_out.iter().map(within));
+                let arrays = inner.arrays.into_iter();
+                self.arrays
+                    .extend(arrays.map(|array| Array { name: within(&array.name), ..array }));
+            }
+            Content::Struct(_) => self.leave_out(&name, "structs within a struct"),
+            Content::Other(what) => self.leave_out(&name, what),
+        }
     }
 }
 
+/// Maximum number of structs within structs that are read.
 const DEPTH_LIMIT: usize = 8;
 
 /// Returns the fields of each element of a struct array. `parts` holds the bytes after the name of the struct.
@@ -260,40 +282,23 @@ fn structs(
 ) -> Result<Vec<Fields>, FileError> {
     let is_big_endian = parts.is_big_endian;
     let (_, length) = parts.next(FILE)?;
-    let length = parts
-        .uint32(length)
-        .filter(|length| *length > 0)
-        .ok_or_else(|| FileError::cut_short(FILE))? as usize;
+    let length = parts.uint32(length).filter(|length| *length > 0);
+    let length = length.ok_or_else(|| FileError::cut_short(FILE))? as usize;
     let (_, names) = parts.next(FILE)?;
-    let names: Vec<String> = names
-        .chunks(length)
-        .map(|name| name.split(|byte| *byte == 0).next().unwrap_or_default())
-        .map(|name| String::from_utf8_lossy(name).into_owned())
-        .collect();
+    let name = |name: &[u8]| {
+        let name = name.split(|byte| *byte == 0).next().unwrap_or_default();
+        String::from_utf8_lossy(name).into_owned()
+    };
+    let names: Vec<String> = names.chunks(length).map(name).collect();
     let mut elements = Vec::new();
-    // The declared number of elements may be wrong, so reading also stops where the bytes end.
     while elements.len() < n_elements && !parts.bytes.is_empty() && !names.is_empty() {
         let mut fields = Fields::default();
         for name in &names {
             let (kind, bytes) = parts.next(FILE)?;
-            if kind != MI_MATRIX || bytes.is_empty() || fields.arrays.len() >= COLUMN_LIMIT {
-                continue;
-            }
-            let field = Some((&**name, depth));
-            let Some((name, inner)) = variable(bytes, is_big_endian, field, &mut fields)? else {
-                continue;
-            };
-            match <[Fields; 1]>::try_from(inner) {
-                Ok([inner]) => {
-                    let within = |what: &String| format!("{name}.{what}");
-                    fields.left_out.extend(inner.left_out.iter().map(within));
-                    let arrays = inner
-                        .arrays
-                        .into_iter()
-                        .map(|array| Array { name: within(&array.name), ..array });
-                    fields.arrays.extend(arrays);
-                }
-                Err(_) => fields.leave_out(&name, "structs within a struct"),
+            if kind == MI_MATRIX && !bytes.is_empty() && fields.arrays.len() < COLUMN_LIMIT {
+                let field = Elements { bytes, is_big_endian };
+                let (name, content) = content(field, Some(name), depth + 1)?;
+                fields.take(name, content);
             }
         }
         elements.push(fields);
@@ -301,67 +306,53 @@ fn structs(
     Ok(elements)
 }
 
-/// Adds a variable of a file, or a field of a struct, to `into`. For a field of a struct, `field` is its name and the number
-/// of structs around it. A struct is not added: its name and the fields of each of its elements are returned.
-fn variable(
-    bytes: &[u8],
-    is_big_endian: bool,
-    field: Option<(&str, usize)>,
-    into: &mut Fields,
-) -> Result<Option<(String, Vec<Fields>)>, FileError> {
-    let mut parts = Elements { bytes, is_big_endian };
+/// Returns the name and the content of a variable, or of the field `field` of a struct. `depth` is the number of structs
+/// around it.
+fn content(
+    mut parts: Elements<'_>,
+    field: Option<&str>,
+    depth: usize,
+) -> Result<(String, Content), FileError> {
     let (_, flags) = parts.next(FILE)?;
     let flags = parts.uint32(flags).ok_or_else(|| FileError::cut_short(FILE))?;
     let class = flags & 0xff;
     if !(1..=15).contains(&class) {
-        // MATLAB stores objects and tables in a form that is not documented.
         let what = "an object, such as a table or timetable: save it as `S = table2struct(T, \"ToScalar\", true)`, or with writetable";
-        match field {
-            Some((name, _)) => into.leave_out(name, what),
-            None => into.left_out.push(what.to_owned()),
-        }
-        return Ok(None);
+        return Ok((field.unwrap_or_default().to_owned(), Content::Other(what)));
     }
     let (_, dimensions) = parts.next(FILE)?;
-    let (_, name) = parts.next(FILE)?;
-    let name = match field {
-        Some((name, _)) => name.to_owned(),
-        None => String::from_utf8_lossy(name).into_owned(),
-    };
+    let (_, own_name) = parts.next(FILE)?;
+    let name = field.map_or_else(|| String::from_utf8_lossy(own_name).into_owned(), str::to_owned);
+    let lengths = dimensions.chunks_exact(4);
     let shape: Option<Vec<usize>> =
-        dimensions.chunks_exact(4).map(|length| Some(parts.uint32(length)? as usize)).collect();
+        lengths.map(|length| Some(parts.uint32(length)? as usize)).collect();
     let shape = shape.unwrap_or_default();
     let n_declared = shape.iter().copied().try_fold(1, usize::checked_mul);
-    let depth = field.map_or(0, |(_, depth)| depth + 1);
-    let other = match class {
-        1 => "cells",
+    let content = match class {
+        1 => Content::Other("cells"),
         2 if depth < DEPTH_LIMIT => {
-            let elements = structs(parts, n_declared.unwrap_or(usize::MAX), depth)?;
-            return Ok(Some((name, elements)));
+            Content::Struct(structs(parts, n_declared.unwrap_or(usize::MAX), depth)?)
         }
-        2 => "a struct",
-        3 => "an object",
-        4 => "text",
-        5 => "a sparse matrix",
-        _ if flags & COMPLEX_FLAG != 0 => "complex numbers",
+        2 => Content::Other("a struct"),
+        3 => Content::Other("an object"),
+        4 => Content::Other("text"),
+        5 => Content::Other("a sparse matrix"),
+        _ if flags & COMPLEX_FLAG != 0 => Content::Other("complex numbers"),
         _ => {
             let (kind, numbers) = parts.next(&name)?;
-            let values = values(kind, numbers, is_big_endian);
             let unknown = || FileError::damaged(&name, "its numbers have an unknown data type");
-            let values = values.ok_or_else(unknown)?;
+            let values = number_of(kind).ok_or_else(unknown)?.all(numbers, parts.is_big_endian);
             if n_declared != Some(values.len()) {
                 return Err(FileError::cut_short(&name));
             }
-            into.arrays.push(Array { name, shape, is_by_column: true, values, ..Array::default() });
-            return Ok(None);
+            Content::Array(shape, values)
         }
     };
-    into.leave_out(&name, other);
-    Ok(None)
+    Ok((name, content))
 }
 
-fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
-    let number = match kind {
+fn number_of(kind: u32) -> Option<Number> {
+    Some(match kind {
         1 => Number::Int(1),
         2 => Number::Uint(1),
         3 => Number::Int(2),
@@ -373,8 +364,7 @@ fn values(kind: u32, bytes: &[u8], is_big_endian: bool) -> Option<Vec<f64>> {
         12 => Number::Int(8),
         13 => Number::Uint(8),
         _ => return None,
-    };
-    Some(number.all(bytes, is_big_endian))
+    })
 }
 
 struct Elements<'a> {

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::{
     error::at,
     join,
-    plan::{Plan, TimeScale, Use},
+    plan::{Channels, Plan, TimeScale, Use},
     rows::Rows,
     two_clocks::Table,
     warning::{Cause, Findings, Trouble},
@@ -18,7 +18,7 @@ use crate::{
         error::{ReadError, TableError},
         timeline,
     },
-    recording::{self, Axis, Recording, Source, units::TimeUnit},
+    recording::{self, Axis, MOST_READINGS, Recording, Source, units::TimeUnit},
 };
 
 /// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
@@ -122,8 +122,6 @@ pub fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Maximum number of rows of a table that is read as load cases. A longer table is probably a log.
-const LOAD_CASE_ROWS: usize = 2000;
 /// Minimum mean number of rows from one turn of the load to the next, for the order of the rows to mean something.
 const ROWS_TO_A_TURN: usize = 4;
 
@@ -133,7 +131,7 @@ pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadErr
     let rows = &table.rows;
     if !table.plan.axes.is_empty()
         && !table.plan.gauges.names.is_empty()
-        && rows.times.len() <= LOAD_CASE_ROWS
+        && rows.times.len() <= MOST_READINGS
         && !has_order(rows, &table.plan.axes)
     {
         return Ok(load_cases(table));
@@ -147,15 +145,33 @@ pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadErr
     }
     rows.times = (0..rows.times.len()).map(|row| row as f64).collect();
     let cuts = timeline::Cuts::of_rows(rows.group_changes());
-    if cuts.starts.len() >= RECORDING_LIMIT {
-        let (count, column) =
-            (cuts.starts.len(), plan.column(plan.group_column().unwrap_or_default()));
-        let too_many = TableError::TooManyRecordings { count, column };
-        return Err(at(&path, rows.line_of(cuts.starts[0]))(too_many));
-    }
+    check_number(&path, &plan, &rows, &cuts.starts, plan.group_column())?;
     let findings = std::mem::take(&mut rows.findings);
-    let recordings = cut(&path, &plan, rows, &cuts);
+    let recordings = cut(&path, &plan, rows, &cuts, &numbered(cuts.starts.len()));
     Ok((recordings.into_iter().map(Recording::in_row_order).collect(), findings))
+}
+
+/// Returns an error if there are too many starts of recordings, which the values in this column give.
+fn check_number(
+    path: &Path,
+    plan: &Plan,
+    rows: &Rows,
+    starts: &[usize],
+    column: Option<usize>,
+) -> Result<(), ReadError> {
+    if starts.len() < RECORDING_LIMIT {
+        return Ok(());
+    }
+    let (count, column) = (starts.len(), plan.column(column.unwrap_or_default()));
+    Err(at(path, rows.line_of(starts[0]))(TableError::TooManyRecordings { count, column }))
+}
+
+/// Returns the ends of the names of recordings, of which this many start within a file.
+fn numbered(n_starts: usize) -> Vec<String> {
+    if n_starts == 0 {
+        return vec![String::new()];
+    }
+    (0..=n_starts).map(|at| format!(" #{}", at + 1)).collect()
 }
 
 /// Maximum number of rows of a table of load cases on one axis whose loads hardly repeat.
@@ -188,32 +204,27 @@ fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let n_cases = of.iter().max().map_or(0, |last| last + 1);
     let cause = Cause::LoadCases { n_rows: of.len(), n_cases };
     rows.findings.note(plan.line, cause);
-    let mut rows_of: BTreeMap<(usize, &str), Vec<usize>> = BTreeMap::new();
+    let mut rows_of: BTreeMap<(usize, String), Vec<usize>> = BTreeMap::new();
     for (row, case) in of.into_iter().enumerate() {
-        rows_of.entry((case, rows.group_of(row))).or_default().push(row);
+        rows_of.entry((case, rows.group_of(row).to_owned())).or_default().push(row);
     }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let picked = |own: &[usize], values: &[f64], width: usize| -> Vec<f64> {
-        let rows = own.iter().map(|row| &values[row * width..(row + 1) * width]);
-        rows.flatten().copied().collect()
+    let name = |(case, group): &(usize, String)| match plan.group_name(group) {
+        Some(group) => format!(" case {} ({group})", case + 1),
+        None => format!(" case {}", case + 1),
     };
-    let recording = |(&(case, group), own): (&(usize, &str), &Vec<usize>)| {
-        let values = [
-            own.iter().map(|row| *row as f64).collect(),
-            picked(own, &rows.gauges, plan.gauges.names.len()),
-            picked(own, &rows.loads, plan.axes.len()),
-            picked(own, &rows.auxiliary, plan.auxiliary.names.len()),
-            picked(own, &rows.channels, plan.others.names.len()),
-        ];
-        let group = plan.group_name(group);
-        let mut name = format!("{stem} case {}", case + 1);
-        name.extend(group.iter().map(|group| format!(" ({group})")));
-        let mut case = recording(name, &path, &plan, values).without_times();
-        case.group = group;
-        case
+    let names: Vec<String> = rows_of.keys().map(name).collect();
+    let mut n_before = 0;
+    let start = |rows: &Vec<usize>| {
+        n_before += rows.len();
+        n_before
     };
-    let recordings = rows_of.iter().map(recording).collect();
-    (recordings, rows.findings)
+    let mut starts: Vec<usize> = rows_of.values().map(start).collect();
+    starts.pop();
+    rows.times = (0..rows.times.len()).map(|row| row as f64).collect();
+    rows.arrange(&rows_of.into_values().collect::<Vec<_>>().concat());
+    let findings = std::mem::take(&mut rows.findings);
+    let cases = cut(&path, &plan, rows, &timeline::Cuts::of_rows(starts), &names);
+    (cases.into_iter().map(Recording::without_times).collect(), findings)
 }
 
 /// Reports irregularities of the rows, and starts a new recording after each time step longer than `gap_secs` (by default
@@ -230,19 +241,14 @@ pub fn recordings(
     }
     let mut cuts = timeline::cuts(&rows.times, gap_secs);
     let changes = rows.group_changes();
-    for (starts, column) in [(&cuts.starts, plan.time_column), (&changes, plan.group_column())] {
-        if starts.len() >= RECORDING_LIMIT {
-            let (count, column) = (starts.len(), plan.column(column.unwrap_or_default()));
-            let too_many = TableError::TooManyRecordings { count, column };
-            return Err(at(&path, rows.line_of(starts[0]))(too_many));
-        }
-    }
+    check_number(&path, &plan, &rows, &cuts.starts, plan.time_column)?;
+    check_number(&path, &plan, &rows, &changes, plan.group_column())?;
     cuts.note(&mut rows);
     cuts.starts.extend(&changes);
     cuts.starts.sort_unstable();
     cuts.starts.dedup();
     let findings = std::mem::take(&mut rows.findings);
-    let mut recordings = cut(&path, &plan, rows, &cuts);
+    let mut recordings = cut(&path, &plan, rows, &cuts, &numbered(cuts.starts.len()));
     // Only a change of the group starts another run. All other starts cut one run into pieces.
     if recordings.len() > 1 {
         let starts = [0].iter().chain(&cuts.starts);
@@ -281,7 +287,14 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<Recording> {
+/// Cuts the rows into recordings, whose names end as in `names`.
+fn cut(
+    path: &Path,
+    plan: &Plan,
+    mut rows: Rows,
+    cuts: &timeline::Cuts,
+    names: &[String],
+) -> Vec<Recording> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut held = held_by_part(plan, &rows, &cuts.starts);
     let starts = [&[0][..], &cuts.starts].concat();
@@ -295,11 +308,17 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
             part.shrink_to_fit();
             part
         });
-        let name = match starts.len() {
-            1 => stem.to_string(),
-            _ => format!("{stem} #{}", at + 1),
-        };
-        let mut part = recording(name, path, plan, [times, gauges, loads, auxiliary, channels]);
+        let source = Source::File(path.to_owned());
+        let Channels { names: of_gauges, units } = plan.gauges.clone();
+        let axes = plan.axes.clone();
+        let name = format!("{stem}{}", names[at]);
+        let mut part = Recording::new(name, source, times, of_gauges, gauges, axes, loads)
+            .expect("all rows have finite numbers and equal length, and the times of a recording never go back")
+            .with_gauge_units(units)
+            .with_auxiliary(plan.auxiliary.names.clone(), plan.auxiliary.units.clone(), auxiliary)
+            .expect("missing values were replaced by the last ones, so each row has a number for each auxiliary channel")
+            .with_others(plan.others.names.clone(), plan.others.units.clone(), channels)
+            .expect("each row has a value for each channel");
         part.auxiliary.held = std::mem::take(&mut held[at]);
         part.group = plan.group_name(rows.group_of(*start));
         (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
@@ -326,24 +345,6 @@ fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64,
         }
     }
     parts
-}
-
-fn recording(
-    name: String,
-    path: &Path,
-    plan: &Plan,
-    [times, gauges, loads, auxiliary, channels]: [Vec<f64>; 5],
-) -> Recording {
-    let source = Source::File(path.to_owned());
-    let (gauge_names, axes) = (plan.gauges.names.clone(), plan.axes.clone());
-    let (names, units) = (plan.auxiliary.names.clone(), plan.auxiliary.units.clone());
-    Recording::new(name, source, times, gauge_names, gauges, axes, loads)
-        .expect("all rows have finite numbers and equal length, and the times of a recording never go back")
-        .with_gauge_units(plan.gauges.units.clone())
-        .with_auxiliary(names, units, auxiliary)
-        .expect("missing values were replaced by the last ones, so each row has a number for each auxiliary channel")
-        .with_others(plan.others.names.clone(), plan.others.units.clone(), channels)
-        .expect("each row has a value for each channel")
 }
 
 #[cfg(test)]

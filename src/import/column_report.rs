@@ -153,11 +153,6 @@ impl ColumnReport {
 
     pub(crate) fn cells_fit_role(&self) -> bool {
         match self.is {
-            ColumnRole::Ignore
-            | ColumnRole::Group
-            | ColumnRole::Status
-            | ColumnRole::Mount
-            | ColumnRole::Channel => true,
             ColumnRole::Date => self.content == Content::Times,
             ColumnRole::Time => self.runs_like_clock,
             // If the gauges are sampled faster than the reference, the time of the reference repeats in most rows, so it need
@@ -170,6 +165,7 @@ impl ColumnReport {
             | ColumnRole::Auxiliary
             | ColumnRole::Load(_)
             | ColumnRole::Pose(_) => self.content == Content::Numbers,
+            _ => true,
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Converts the rows that a measuring device prints into lines of a table with a time. The known forms of rows are plain
+//! Converts the rows that a measuring device prints into JSON lines with a time. The known forms of rows are plain
 //! numbers, `name:value` pairs, Teleplot, and JSON without a time.
 //!
-//! Guarantees: each complete row of a device becomes one line of the table, in the order of arrival. Times that are computed
-//! from the sample rate or taken from this computer's clock always increase. The text of a cell is not changed.
+//! Guarantees: each complete row of a device becomes one JSON line, in the order of arrival. Times that are computed
+//! from the sample rate or taken from this computer's clock always increase. A number keeps its value.
 
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
-use super::map::{ColumnKey, ColumnMap, ColumnRole, ColumnRule, Rest, Shape, TableMap};
+use super::map::{ColumnMap, Rest};
 use crate::{
-    formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
+    formats::text::{Delimiter, TextLayout, cells::Cells, stamped},
     import::timeline,
     recording::{gap::median_step, units::TimeUnit},
 };
@@ -17,8 +17,11 @@ use crate::{
 /// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// Header of the time column that is added to rows without a time.
+/// Name of the time that is added to rows without a time.
 const SECONDS: &str = "time [s]";
+/// Names of the time in rows of plain numbers, in one column or in two.
+const TIME: [&str; 1] = ["time"];
+const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
 
 /// Source of live rows, with the gauges and auxiliary channels that it must supply: those of the calibration, in the
 /// calibration's order.
@@ -258,16 +261,15 @@ fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
     })
 }
 
+/// Converter of the rows that a device prints to JSON lines with a time.
 #[derive(Clone, Debug)]
 pub struct DeviceRows {
     pub form: RowForm,
     pub clock: String,
     rate_hz: Option<f64>,
-    has_stamps: bool,
-    pub delimiter: Delimiter,
-    /// Number of cells of a row of plain numbers, and whether a row may have further cells, which are ignored. `None` for
-    /// rows of another form.
-    n_cells: Option<(usize, bool)>,
+    layout: TextLayout,
+    /// Names of the cells of a row. Empty if the rows themselves hold the names.
+    names: Vec<String>,
     n_rows: f64,
     last_secs: f64,
     /// Channel names of the calibration. A Teleplot value with the first name starts a row.
@@ -276,22 +278,35 @@ pub struct DeviceRows {
     pending: Vec<(String, String)>,
     /// Name of the time column and text of the time of the pending row, if the device sends a time.
     pending_time: Option<(&'static str, String)>,
+    /// True if a row of plain numbers may have further cells, which are ignored.
+    may_have_more: bool,
 }
 
 impl DeviceRows {
-    /// Creates the converter from the first rows of the source. `times` are the columns of the time in rows of plain numbers:
-    /// none, one column, or two with seconds and nanoseconds.
-    pub fn new(form: RowForm, times: &Range<usize>, rows: &[&str], source: LiveSource<'_>) -> Self {
+    /// Creates the converter from the first rows of the source. `header` holds the names and the delimiter of a table.
+    /// `times` are the columns of the time in rows of plain numbers: none, one column, or two with seconds and nanoseconds.
+    pub fn new(
+        form: RowForm,
+        header: Option<(Vec<String>, Delimiter)>,
+        times: &Range<usize>,
+        rows: &[&str],
+        source: LiveSource<'_>,
+    ) -> Self {
         let rows: Vec<(Option<&str>, &str)> = rows.iter().map(|line| without_stamp(line)).collect();
-        let has_stamps = rows.iter().any(|(stamp, _)| stamp.is_some());
         let has_clock = match form {
             RowForm::Teleplot => {
                 rows.iter().any(|(_, row)| matches!(teleplot(row), Some((_, Some(_), _))))
             }
-            _ => has_stamps,
+            _ => rows.iter().any(|(stamp, _)| stamp.is_some()),
         };
-        let n_cells = source.n_channels() + times.len();
-        let has_further = source.form.is_some();
+        let of_rows = || rows.iter().find_map(|(_, row)| delimiter(row)).unwrap_or_default();
+        let (mut names, delimiter) = header.unwrap_or_else(|| (Vec::new(), of_rows()));
+        if form.is_numbers() {
+            names = source.channels().cloned().collect();
+            let of_time = if times.len() == 2 { &STAMP[..] } else { &TIME[..times.len()] };
+            let start = times.start.min(names.len());
+            names.splice(start..start, of_time.iter().map(|name| (*name).to_owned()));
+        }
         Self {
             form,
             clock: match (has_clock, source.rate_hz) {
@@ -301,111 +316,74 @@ impl DeviceRows {
                 (false, None) => "the clock of this computer".to_owned(),
             },
             rate_hz: source.rate_hz,
-            has_stamps,
-            delimiter: rows.iter().find_map(|(_, row)| delimiter(row)).unwrap_or_default(),
-            n_cells: form.is_numbers().then_some((n_cells, has_further)),
+            layout: TextLayout { delimiter, ..TextLayout::default() },
+            names,
             n_rows: 0.0,
             last_secs: f64::NEG_INFINITY,
             cycle: source.channels().cloned().collect(),
             pending: Vec::new(),
             pending_time: None,
+            may_have_more: source.form.is_some(),
         }
     }
 
     /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
-    /// had. No load can be computed from such a line.
+    /// had, or a cell without a number. No load can be computed from such a line.
     pub fn misfit(&self, line: &str) -> Option<String> {
-        let (needed, may_have_more) = self.n_cells?;
+        if !self.form.is_numbers() {
+            return None;
+        }
+        let needed = self.names.len();
         let (_, row) = without_stamp(line);
-        let n = cells(row, self.delimiter).filter(|cell| !cell.is_empty()).count();
+        let n = cells(row, self.layout.delimiter).filter(|cell| !cell.is_empty()).count();
         if n < needed {
             let what = "values that the calibration needs";
             return Some(format!("the line has {n} of the {needed} {what}"));
         }
-        (n > needed && !may_have_more)
-            .then(|| format!("the line has {n} values, but the first rows had {needed}"))
-    }
-
-    /// Returns the column map of rows of plain numbers, whose columns have no names. `times` are the columns of the time.
-    pub fn map(
-        &self,
-        times: &Range<usize>,
-        rows: &[&str],
-        source: LiveSource<'_>,
-    ) -> Option<ColumnMap> {
-        let (n_cells, _) = self.n_cells?;
-        let stamp = rows.iter().find_map(|line| without_stamp(line).0);
-        let form = stamp.and_then(|stamp| TimeForm::of_all([stamp.as_bytes()].into_iter()));
-        let text = TextLayout { delimiter: self.delimiter, ..TextLayout::default() };
-        // In rows without a time, the time is added before the first column.
-        let (first, unit, n_columns) = match times.len() {
-            0 => (0, Some(form.map_or("s", TimeForm::name)), n_cells + 1),
-            1 => (times.start, None, n_cells),
-            _ => (times.start, Some("s"), n_cells),
-        };
-        let rule = |at: usize, is| ColumnRule::new(ColumnKey::Number(at + 1), is);
-        let unit = unit.map(str::to_owned);
-        let mut columns = vec![ColumnRule { unit, ..rule(first, ColumnRole::Time) }];
-        columns.extend((times.len() == 2).then(|| rule(times.start + 1, ColumnRole::TimeFraction)));
-        let others = (0..n_columns).filter(|at| *at != first && !times.contains(at));
-        let gauges = source.gauges.iter().map(|name| (name, ColumnRole::Gauge));
-        let auxiliary = source.auxiliary.iter().map(|name| (name, ColumnRole::Auxiliary));
-        columns.extend(
-            gauges
-                .chain(auxiliary)
-                .zip(others)
-                .map(|((name, is), at)| ColumnRule { name: Some(name.clone()), ..rule(at, is) }),
-        );
-        let shape = Shape { columns: n_columns, ..Shape::default() };
-        let table = TableMap { shape, text, columns, ..TableMap::default() };
-        Some(ColumnMap::of_table(table))
-    }
-
-    /// Returns the name of the time column that is added to rows without a time.
-    pub fn time_name(&self) -> &'static str {
-        if self.has_stamps { "time" } else { SECONDS }
-    }
-
-    /// Returns the cells of a row of plain numbers; none if the row does not fit.
-    fn fitting(&self, line: &str, row: &str) -> String {
-        let Some((n_cells, _)) = self.n_cells else {
-            return row.to_owned();
-        };
-        if self.misfit(line).is_some() {
-            return String::new();
+        if n > needed && !self.may_have_more {
+            return Some(format!("the line has {n} values, but the first rows had {needed}"));
         }
-        let cells = cells(row, self.delimiter).take(n_cells).map(String::from_utf8_lossy);
-        cells.collect::<Vec<_>>().join(&char::from(self.delimiter.byte()).to_string())
+        let mut named = cells(row, self.layout.delimiter).zip(&self.names);
+        let (cell, name) = named.find(|(cell, _)| self.layout.number(cell).is_none())?;
+        Some(format!("{name} is {:?}", String::from_utf8_lossy(cell)))
     }
 
-    /// Converts a line that arrived at this time (s). Returns a line of the table, or `None` if more lines of the device
-    /// belong to the same row.
+    /// Converts a line that arrived at this time (s). Returns a JSON line, or `None` if more lines of the device belong to the
+    /// same row.
     pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
         let (stamp, row) = without_stamp(line);
-        match self.form {
-            RowForm::TimedNumbers => Some(self.fitting(line, row)),
-            RowForm::Table | RowForm::Numbers => {
-                let time = self.time(stamp, arrived_secs);
-                let row = self.fitting(line, row);
-                // Lines before the first row take no time.
-                if row.is_empty() && self.n_rows == 1.0 {
-                    self.n_rows = 0.0;
-                }
-                Some(format!("{time}{}{row}", char::from(self.delimiter.byte())))
-            }
-            RowForm::Json => {
-                let time = self.time(stamp, arrived_secs);
-                let Some(rest) = row.trim_start().strip_prefix('{') else {
-                    return Some(object((SECONDS, &time), &[]));
-                };
-                Some(format!("{{\"{SECONDS}\":\"{time}\",{rest}"))
-            }
-            RowForm::Pairs => {
-                let time = self.time(stamp, arrived_secs);
-                Some(object((SECONDS, &time), &pairs(row).unwrap_or_default()))
-            }
-            RowForm::Teleplot => self.teleplot(stamp, row, arrived_secs),
+        if self.form == RowForm::Teleplot {
+            return self.teleplot(stamp, row, arrived_secs);
         }
+        let texts = self.texts(line, row);
+        let is_timed = self.form == RowForm::TimedNumbers;
+        let time = (!is_timed).then(|| self.time(stamp, arrived_secs));
+        // Lines before the first row take no time.
+        let is_empty = !self.names.is_empty() && texts.iter().all(String::is_empty);
+        if is_empty && self.n_rows == 1.0 {
+            self.n_rows = 0.0;
+        }
+        let time = time.iter().map(|time| (SECONDS, &**time));
+        if self.form == RowForm::Json
+            && let Some(rest) = row.trim_start().strip_prefix('{')
+        {
+            return Some(format!("{},{rest}", object(time).trim_end_matches('}')));
+        }
+        let of_cells = self.names.iter().zip(&texts).map(|(name, text)| (&**name, &**text));
+        let of_pairs = pairs(row).filter(|_| self.form == RowForm::Pairs).into_iter().flatten();
+        Some(object(time.chain(of_cells).chain(of_pairs)))
+    }
+
+    /// Returns the cells of a row, with numbers as JSON writes them; none if a row of plain numbers does not fit.
+    fn texts(&self, line: &str, row: &str) -> Vec<String> {
+        if self.names.is_empty() || self.misfit(line).is_some() {
+            return Vec::new();
+        }
+        let text = |cell: &[u8]| match self.layout.number(cell) {
+            Some((number, _)) => number.to_string(),
+            None => String::from_utf8_lossy(cell).into_owned(),
+        };
+        cells(row, self.layout.delimiter).map(text).collect()
     }
 
     /// Adds a Teleplot value to the row that is being collected, and returns the row once it is complete. A new row starts
@@ -429,11 +407,10 @@ impl DeviceRows {
 
     fn whole(&mut self, arrived_secs: f64) -> String {
         let row = std::mem::take(&mut self.pending);
-        let values: Vec<(&str, &str)> =
-            row.iter().map(|(name, value)| (&**name, &**value)).collect();
-        let (name, time) =
-            (self.pending_time.take()).unwrap_or_else(|| (SECONDS, self.time(None, arrived_secs)));
-        object((name, &time), &values)
+        let time = self.pending_time.take();
+        let (name, time) = time.unwrap_or_else(|| (SECONDS, self.time(None, arrived_secs)));
+        let values = row.iter().map(|(name, value)| (&**name, &**value));
+        object([(name, &*time)].into_iter().chain(values))
     }
 
     /// Returns the time of the next row: the time stamp of the line if there is one, else the row number divided by the
@@ -504,10 +481,9 @@ fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<Ti
     is_clock.then_some(unit)
 }
 
-/// Returns a JSON line with a time and these values. All values are written as texts.
-fn object(time: (&str, &str), values: &[(&str, &str)]) -> String {
+/// Returns a JSON line with these values. All values are written as texts.
+fn object<'a>(values: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let text = |text: &str| serde_json::Value::from(text).to_string();
-    let members = [time].into_iter().chain(values.iter().copied());
-    let members = members.map(|(name, value)| format!("{}:{}", text(name), text(value)));
+    let members = values.map(|(name, value)| format!("{}:{}", text(name), text(value)));
     format!("{{{}}}", members.collect::<Vec<_>>().join(","))
 }

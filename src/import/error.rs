@@ -33,7 +33,7 @@ pub enum TableError {
     )]
     NoSampleRate { column: NamedColumn },
     #[error(
-        "the time in {column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, but with {nearest} as the unit, which fits best, the time step differs from this by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms], or in a column map",
+        "the time in {column} has no unit, and no unit fits its time steps of {step}: the calibration expects a sample every {trained_secs} s, and {nearest}, the best unit, is off by a factor of {off:.0}. Give the unit in the header, e.g. {} [ms]",
         shown(&column.name)
     )]
     NoTimeUnit {
@@ -56,7 +56,7 @@ pub enum TableError {
     #[error(transparent)]
     MapKey(#[from] KeyError),
     #[error(
-        "the time of the reference load goes back from {from_secs} s to {to_secs} s, so the reference cannot be assigned to the gauge samples. Split the gauge file and the reference file at this time"
+        "the time of the reference load goes back from {from_secs} s to {to_secs} s. Split the gauge file and the reference file at this time"
     )]
     ReferenceGoesBack { from_secs: f64, to_secs: f64 },
     #[error("the table has a header, but no rows after it")]
@@ -73,7 +73,7 @@ pub enum TableError {
     )]
     NoNumberInColumn { what: &'static str, column: NamedColumn },
     #[error(
-        "{column} jumps, goes back or changes in {count} rows, and each of these rows would start a new recording. This is the first of them. Give the column another role if its role is wrong"
+        "{column} jumps, goes back or changes in {count} rows, each of which would start a new recording. This is the first. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
 }
@@ -113,13 +113,13 @@ pub enum ReadError {
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file must contain one of the names listed under \"mounts\" in the column map ({}), but contains none or two of them. Rename the file, or give a column the role mount", path.display(), listed(mounts))]
+    #[error("{}: the name of the file must contain exactly one of the names listed under \"mounts\" in the column map ({}). Rename the file, or give a column the role mount", path.display(), listed(mounts))]
     NoMount { path: PathBuf, mounts: Vec<String> },
-    #[error("{}: estimating a weight needs the pose of the sensor and measured forces. In a column map, choose the columns of the pose and of Fx, Fy and Fz. The centre of mass also needs Mx, My and Mz", path.display())]
+    #[error("{}: estimating a weight needs the pose of the sensor and measured forces Fx, Fy and Fz, and for its centre also Mx, My and Mz. Choose their columns in a column map", path.display())]
     NothingToWeigh { path: PathBuf },
-    #[error("{}: gravity keeps its direction in the sensor's frame, so the weight cannot be separated from the offset of the reference. Turn the sensor during the recording", path.display())]
+    #[error("{}: the sensor never turned, so the weight cannot be separated from the offset of the reference", path.display())]
     NeverTurned { path: PathBuf },
-    #[error("{}: no gauge sample has a reference load at its time. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
+    #[error("{}: no gauge sample has a reference load. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,
         reference_path: PathBuf,
@@ -129,11 +129,11 @@ pub enum ReadError {
     #[error("{first}. No other row of the table is usable either")]
     NoUsableRow { first: Box<Finding> },
     #[error(
-        "{}: {skipped} of {rows} rows would be skipped. The most frequent reason is: {first}. Describe the layout of the table in a column map, or correct the file",
+        "{}: {skipped} of {rows} rows would be skipped, mostly because: {first}. Describe the layout of the table in a column map, or correct the file",
         path.display()
     )]
     ManySkipped { path: PathBuf, skipped: u64, rows: u64, first: Box<Finding> },
-    #[error("{}: the reading was cancelled, but the reader of the file did not stop. It was abandoned, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
+    #[error("{}: the reading was cancelled, but did not stop, and may use a processor core until the program ends. The file is probably damaged, or its drive does not answer", path.display())]
     Abandoned { path: PathBuf },
     #[error("cancelled")]
     Cancelled,

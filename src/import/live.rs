@@ -326,42 +326,31 @@ impl LiveTable {
             None => Part::Lines(line.as_bytes()),
         };
         let rows = Rows::parse(part.clone(), &self.plan);
-        let why = rows.findings.most_skipped().map(|(cause, _)| cause.clone());
-        self.rows(rows).pop().ok_or_else(|| {
-            let time = Rows::time_of_first(part, &self.plan, self.n_rows);
-            // If the row number gives the time, a row that cannot be used is counted, too.
-            self.n_rows += f64::from(time.is_some());
-            let why = match why {
-                Some(Cause::Cell { column, value, .. }) => format!("{} is {value:?}", column.name),
-                Some(cause) => cause.to_string().trim_end_matches(". Row skipped").to_owned(),
+        let of_row = rows.times.first().copied();
+        let time = of_row.or_else(|| Rows::time_of_first(part, &self.plan, 0.0));
+        let is_counted = self.plan.time_column.is_none();
+        let time = time.map(|time| if is_counted { self.n_rows } else { time } / self.per_second);
+        // If the row number gives the time, a row that cannot be used is counted, too.
+        self.n_rows += f64::from(time.is_some());
+        let (Some(_), Some(secs)) = (of_row, time) else {
+            let why = match rows.findings.most_skipped() {
+                Some((Cause::Cell { column, value, .. }, _)) => {
+                    format!("{} is {value:?}", column.name)
+                }
+                Some((cause, _)) => cause.to_string().trim_end_matches(". Row skipped").to_owned(),
                 None => "the line is blank or a comment".to_owned(),
             };
-            Rejected { time: time.map(|time| time / self.per_second), why }
+            return Err(Rejected { time, why });
+        };
+        let known = self.held.iter_mut().zip(&rows.auxiliary).filter(|(_, new)| new.is_finite());
+        known.for_each(|(held, new)| held.take(secs, *new));
+        Ok(LiveRow {
+            time: secs,
+            gauges: rows.gauges,
+            auxiliary: self.held.iter().map(|own| own.value).collect(),
+            auxiliary_ages: self.held.iter().map(|own| own.age(secs)).collect(),
+            loads: rows.loads,
         })
-    }
-
-    fn rows(&mut self, rows: Rows) -> Vec<LiveRow> {
-        let (n_gauges, n_axes) = (self.plan.gauges.names.len(), self.plan.axes.len());
-        let first = self.n_rows;
-        self.n_rows += rows.times.len() as f64;
-        let counted = self.plan.time_column.is_none();
-        let times = rows.times.iter().enumerate();
-        let held = &mut self.held;
-        times
-            .map(|(k, time)| {
-                let time = if counted { first + k as f64 } else { *time } / self.per_second;
-                let row = &rows.auxiliary[k * held.len()..][..held.len()];
-                let known = held.iter_mut().zip(row).filter(|(_, new)| new.is_finite());
-                known.for_each(|(held, new)| held.take(time, *new));
-                LiveRow {
-                    time,
-                    gauges: rows.gauges[k * n_gauges..][..n_gauges].to_vec(),
-                    auxiliary: held.iter().map(|own| own.value).collect(),
-                    auxiliary_ages: held.iter().map(|own| own.age(time)).collect(),
-                    loads: rows.loads[k * n_axes..][..n_axes].to_vec(),
-                }
-            })
-            .collect()
     }
 }
 

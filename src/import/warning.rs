@@ -38,11 +38,11 @@ pub enum Cause {
     #[error("time jumps from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
     #[error(
-        "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. The later times are increased so that they continue the earlier ones"
+        "time goes back from {from_secs} s to {to_secs} s like a 32-bit counter that wraps around. The later times are increased to continue the earlier ones"
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
     #[error(
-        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
+        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s does; \"gap_secs\" in a column map changes this"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     #[error("the newest row comes first in the file, so the order of the rows is reversed")]
@@ -50,15 +50,15 @@ pub enum Cause {
     #[error("the row has the same time as the row before, {time_secs} s")]
     RepeatedTime { time_secs: f64 },
     #[error(
-        "{count} rows have a time that is slightly earlier than that of the row before, so each starts a new recording. To sort rows by time, set \"stamps\": \"sorted\" under \"table\" in a column map"
+        "{count} rows have a slightly earlier time than the row before, so each starts a new recording. \"stamps\": \"sorted\" in a column map sorts rows by time"
     )]
     LateRows { count: usize },
     #[error(
-        "most rows repeat the time of the row before. To spread rows with the same time evenly up to the next time, set \"stamps\": \"spread\" under \"table\" in a column map"
+        "most rows repeat the time of the row before. \"stamps\": \"spread\" in a column map spreads them evenly up to the next time"
     )]
     CoarseStamps,
     #[error(
-        "the time in {column} has no unit and is read in {unit}, because its values suggest this unit. Give the unit, e.g. t_{unit} in the header or \"unit\": \"{unit}\" in a column map",
+        "the time in {column} has no unit and is read in {unit}, which its values suggest. Give the unit, e.g. t_{unit} in the header",
         unit = unit.symbol()
     )]
     AssumedTimeUnit { column: NamedColumn, unit: TimeUnit },
@@ -73,7 +73,7 @@ pub enum Cause {
     )]
     SeveralTimes { used: String, others: Vec<String> },
     #[error(
-        "several columns could be the reference load. Used: {}. Ignored: {}. To use other columns, choose them in a column map (\"is\": \"Fx\" and so on)",
+        "several columns could be the reference load. Used: {}. Ignored: {}. To use others, choose them in a column map",
         listed(used),
         listed(others)
     )]
@@ -88,18 +88,16 @@ pub enum Cause {
     #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     #[error(
-        "each row holds either gauges or the reference, at its own time. The reference is interpolated at the times of the gauges"
+        "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
     )]
     TurnByTurn,
     #[error(
-        "the reference changes only every {samples_each} samples (sample-and-hold). So the reference lags behind the gauges by up to {samples_each} samples"
+        "the reference changes only every {samples_each} samples (sample-and-hold), so it lags behind the gauges by up to as many"
     )]
     HeldReference { samples_each: usize },
     #[error("no reference load near the time {time_secs} s of a gauge sample. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
-    #[error(
-        "the orientation in the pose is not a rotation: the quaternion has length zero, or the matrix is not orthogonal. Row skipped"
-    )]
+    #[error("the orientation in the pose is not a rotation. Row skipped")]
     NotARotation,
     #[error(
         "the force that accelerates the weight amounts to up to {percent:.1} % of the full scale of {}{}",
@@ -107,7 +105,7 @@ pub enum Cause {
         if *is_counted {
             ". This part of the reference load is only as accurate as the pose"
         } else {
-            ", but is not part of the reference load. Move the sensor more slowly, or set \"inertia\" under \"weight\" in the column map"
+            ", but is not part of the reference load. Move the sensor more slowly, or set \"inertia\" in the column map"
         }
     )]
     Inertia { axis: Axis, percent: f64, is_counted: bool },
@@ -117,7 +115,7 @@ pub enum Cause {
     )]
     LeftOut { names: Vec<String> },
     #[error(
-        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads that differ by at most {} % of the largest load count as the same). Features with memory cannot be fitted, and cross-validation leaves out whole load cases. If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
+        "no column is a time, so the {n_rows} rows are read as {n_cases} load cases (loads within {} % of the largest load are one case). If this is a recording, name its time t or time, or set \"sample_rate_hz\" in a column map",
         100.0 * SAME_LOAD_SHARE
     )]
     LoadCases { n_rows: usize, n_cases: usize },
@@ -128,18 +126,14 @@ pub enum Cause {
     #[error("{n} rows of {n} numbers: this may be a calibration matrix, and no recording")]
     Square { n: usize },
     #[error(
-        "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" under \"text\" in a column map",
+        "the file holds several tables. Read: {}. Not read: {}. To choose others, list them as \"parts\" in a column map",
         listed(used),
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
-    #[error(
-        "the file ends in the middle of the data, as if the logger was stopped while writing. All complete rows are read"
-    )]
+    #[error("the file ends in the middle of the data. All complete rows are read")]
     EndsEarly,
-    #[error(
-        "{n_before} samples, which come in bursts, are averaged to {n_after} samples, one for each burst"
-    )]
+    #[error("{n_before} samples in bursts are averaged to {n_after}, one for each burst")]
     AveragedBursts { n_before: usize, n_after: usize },
 }
 
@@ -153,25 +147,18 @@ impl Cause {
             | Self::LeftOut { .. }
             | Self::EndsEarly
             | Self::NoReferenceThen { .. } => Id::PartsIgnored,
-            Self::DecimalComma { .. }
-            | Self::AssumedTimeUnit { .. }
-            | Self::AssumedDateOrder { .. }
-            | Self::SeveralTimes { .. }
-            | Self::SeveralReferences { .. }
-            | Self::SeveralParts { .. }
-            | Self::LoadCases { .. }
-            | Self::MissingMarks { .. }
-            | Self::RowOrder { .. }
-            | Self::Square { .. }
-            | Self::Bursts { .. }
-            | Self::CoarseStamps
-            | Self::LateRows { .. } => Id::Assumed,
+            Self::ExpectedComma
+            | Self::ConstantGauge { .. }
+            | Self::HeldAuxiliary { .. }
+            | Self::HeldReference { .. }
+            | Self::Inertia { .. }
+            | Self::AveragedBursts { .. } => Id::Values,
             Self::NewRecording { .. }
             | Self::NewestFirst
             | Self::WrappedClock { .. }
             | Self::RepeatedTime { .. }
             | Self::TurnByTurn => Id::Stamps,
-            _ => Id::Values,
+            _ => Id::Assumed,
         }
     }
 

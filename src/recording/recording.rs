@@ -23,7 +23,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 /// Maximum number of rows of a table of readings without times. A longer table is probably a log.
-const MOST_READINGS: usize = 2000;
+pub(crate) const MOST_READINGS: usize = 2000;
 
 /// Origin of a recording's samples.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -6,7 +6,7 @@ mod words;
 use path::{NANOSECONDS, SECONDS, Understood, stamp_of_part};
 pub(crate) use words::Kind;
 pub(super) use words::is_one_of;
-use words::{LONGEST, is_known, plain, plain_kind};
+use words::{LONGEST, has, plain, plain_kind};
 
 use crate::recording::{
     Axis,
@@ -86,7 +86,8 @@ impl ColumnName {
             temperature_in_celsius(unit).is_some()
                 && (unit.len() > 1 || words.iter().any(|word| word.starts_with('t')))
         };
-        if !words::is_auxiliary(&words) && !unit.is_some_and(is_temperature) {
+        let is_called = has(&words, &[words::AUXILIARIES]) && !has(&words, &[words::NOT_MEASURED]);
+        if !is_called && !unit.is_some_and(is_temperature) {
             return None;
         }
         let is_unit =
@@ -115,42 +116,46 @@ impl ColumnName {
         match unit.or(self.unit.as_deref()) {
             Some(unit) if force_in_newtons(unit).is_some() => false,
             Some(unit) if is_load_unit(unit) => true,
-            _ => words::is_moment(&words_of(&self.name.to_lowercase())),
+            _ => {
+                let name = self.name.to_lowercase();
+                let words = words_of(&name).into_iter().filter(|word| word.len() > 1);
+                has(&words.collect::<Vec<_>>(), &[words::MOMENTS])
+            }
         }
     }
 
     /// Returns true if the name is that of a mass, so that its unit is not N.
     pub fn is_mass(&self) -> bool {
-        words::is_mass(&words_of(&self.name.to_lowercase()))
+        self.has(&[words::MASSES])
     }
 
-    /// Returns true if the words of a name that is not too long have this meaning.
-    fn has(&self, meaning: fn(&[&str]) -> bool) -> bool {
-        self.name.len() <= LONGEST && meaning(&words_of(&self.name.to_lowercase()))
+    /// Returns true if a word of a name that is not too long is in one of these lists.
+    fn has(&self, lists: &[&str]) -> bool {
+        self.name.len() <= LONGEST && has(&words_of(&self.name.to_lowercase()), lists)
     }
 
     /// Returns true if a word of the name means a time.
     pub fn has_clock_word(&self) -> bool {
-        self.has(words::is_clock)
+        self.name.len() <= LONGEST && words::is_clock(&words_of(&self.name.to_lowercase()))
     }
 
     /// Returns true if the name is that of a count of rows, cycles or frames.
     pub fn is_counter(&self, is_whole: bool) -> bool {
-        is_whole && self.has(words::is_counter)
+        is_whole && self.has(&[words::COUNTERS])
     }
 
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
     /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
-        unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
-            || self.has(words::is_displacement)
+        unit.is_some_and(|unit| is_one_of(&unit.trim().to_lowercase(), words::OTHER_UNITS))
+            || self.has(&[words::DISPLACEMENTS, words::SPREADS])
     }
 
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
     /// `adc`.
     pub fn is_signal(&self, unit: Option<&str>) -> bool {
         unit.is_some_and(|unit| is_one_of(unit, VOLTS) && !self.is_other_quantity(Some(unit)))
-            || self.has(words::is_signal)
+            || self.has(&[words::RAW, words::SIGNALS])
     }
 
     /// Returns true if the column holds the seconds or nanoseconds of a time stamp.
@@ -168,7 +173,7 @@ impl ColumnName {
             || is_time
             || is_one_of(unit, VOLTS)
             || force_in_newtons(unit).is_some() && is_load()
-            || unit.len() > 1 && words::is_other_unit(&unit.to_lowercase());
+            || unit.len() > 1 && is_one_of(&unit.to_lowercase(), words::OTHER_UNITS);
         (self.name.len() <= LONGEST && is_unit).then(|| unit.to_owned())
     }
 
@@ -183,9 +188,8 @@ impl ColumnName {
 /// Returns true if a text contains a word for a quantity that is not plain ASCII.
 pub(super) fn has_foreign_word(text: &str) -> bool {
     let text = text.to_lowercase();
-    words_of(&text)
-        .into_iter()
-        .any(|word| !word.is_ascii() && word.chars().count() > 1 && is_known(word))
+    let is_foreign = |word: &&str| !word.is_ascii() && word.chars().count() > 1;
+    words::are_known(&words_of(&text).into_iter().filter(is_foreign).collect::<Vec<_>>())
 }
 
 /// Returns the words of a name in lower case, without the numbers behind them.

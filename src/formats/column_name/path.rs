@@ -72,7 +72,7 @@ pub fn understood(name: &str) -> Option<Understood<'static>> {
     }
     let kind = plain_kind(last)?;
     let is_kind = match kind {
-        Kind::Time => words::is_time(&plain(last)),
+        Kind::Time => is_one_of(&plain(last), words::TIMES),
         Kind::Load(_) => is_measured,
         Kind::Gauge => {
             let stem = words::gauge_stem(last).unwrap_or_default();

@@ -7,7 +7,7 @@ pub const LONGEST: usize = 64;
 
 /// Names of a time column, in lower case without separators. A unit of time alone, such as `ms`, also names a time column,
 /// but a single `s` does not.
-const TIMES: &str = "\
+pub const TIMES: &str = "\
     t time times timestamp timestamps stamp elapsed elapsedtime epoch unixtime %time zeit zeitstempel tiempo tempo \
     时间 時間 時刻";
 /// Words that name a gauge if a number follows, in lower case. `strain gauge` is compared separately.
@@ -16,50 +16,52 @@ const GAUGES: &str = "\
     galga canal canale estensimetro extensometro extensômetro 通道 应变 应变片 ひずみ チャンネル bridge brücke \
     bruecke messbrücke pont puente ponte voltage";
 /// Words for the reference sensor that may stand in front of a load axis.
-const REFERENCES: &str = "ati reference referenz ref applied true";
+pub const REFERENCES: &str = "ati reference referenz ref applied true";
 /// Words for a force in column names, in lower case; symbols of one letter first.
-const FORCES: &str =
+pub const FORCES: &str =
     "f force kraft fuerza forza força forca síla siła erő kuvvet сила усилие δύναμη 力 荷重";
 /// Words for a moment in column names, in lower case; symbols of one letter first.
-const MOMENTS: &str =
+pub const MOMENTS: &str =
     "m t moment torque drehmoment couple momento coppia binário 力矩 扭矩 转矩 トルク モーメント";
 /// Words that may stand in front of the letter x, y or z of a load axis, as in `axis x`.
 const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
 /// Words that may stand behind the letter x, y or z of a load axis, as in `x axis`.
 const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
 /// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
-const LOADS: &str = "load last weight effort carico carga mass masse gewicht peso poids massa masa нагрузка масса вес φορτίο 质量 重量";
+pub const LOADS: &str = "load last weight effort carico carga mass masse gewicht peso poids massa masa нагрузка масса вес φορτίο 质量 重量";
 /// Words among [`LOADS`] for a mass. The load is then the weight of the mass.
-const MASSES: &str = "mass masse weight gewicht peso poids massa masa масса вес 质量 重量";
+pub const MASSES: &str = "mass masse weight gewicht peso poids massa masa масса вес 质量 重量";
 /// Words in names of raw signals. A name with one of them and a word for a load, such as `load cell`, is the name of a gauge.
-const RAW: &str = "cell raw adc counts count code zelle";
+pub const RAW: &str = "cell raw adc counts count code zelle";
+/// Words for an electrical signal, besides [`RAW`].
+pub const SIGNALS: &str = "voltage spannung tension";
 /// Words for a time anywhere in a column name, besides words that end in `time` or `zeit`.
-const CLOCKS: &str = "\
+pub const CLOCKS: &str = "\
     time times timestamp timestamps stamp elapsed epoch clock zeit zeitstempel uhrzeit tiempo tempo temps czas čas cas tid \
     tijd aika время χρόνος zaman idő idö thời chrono 时间 時間 时刻 時刻 시간";
 /// Words for a count of rows, cycles or frames.
-const COUNTERS: &str = "\
+pub const COUNTERS: &str = "\
     index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
     iteration zyklus zyklen nummer n 循环计数";
 /// Words for a displacement. A column with such a name is read as a gauge only if the name also has a word for a gauge.
-const DISPLACEMENTS: &str = "\
+pub const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
     distance déplacement desplazamiento spostamento";
 /// Words for the spread of values, which is no signal.
-const SPREADS: &str = "std stdev stddev sd sigma var variance";
+pub const SPREADS: &str = "std stdev stddev sd sigma var variance";
 /// Units of quantities that are neither a load nor the signal of a gauge, in lower case.
-const OTHER_UNITS: &str = "\
+pub const OTHER_UNITS: &str = "\
     mm cm m um µm μm nm km in inch mm/s m/s mm/s^2 m/s^2 m/s² m/s^3 deg ° rad deg/s rad/s °/s % - mpa kpa pa gpa bar mbar psi \
     n/mm^2 n/mm² n/mm2 °c degc ℃ °f hz rpm 1/min w kw";
 /// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
-const AUXILIARIES: &str = "\
+pub const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
     luftfeuchtigkeit humidité humedad umidità umidade 湿度 supply excitation vsup vsupply vexc vcc vdd vbat speisung \
     speisespannung versorgung versorgungsspannung alimentation alimentación alimentazione alimentação 电源 電源 \
     電源電圧";
 /// Words that rule out an auxiliary channel, whatever the other words of the name: a corrected load, a setpoint, a time of
 /// day.
-const NOT_MEASURED: &str =
+pub const NOT_MEASURED: &str =
     "compensated comp corrected compensation setpoint target status time error soll";
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +72,7 @@ pub enum Kind {
 }
 
 /// Returns true if a list of words, separated by blanks, contains this word.
-pub(in crate::formats) fn is_one_of(word: &str, list: &str) -> bool {
+pub fn is_one_of(word: &str, list: &str) -> bool {
     list.split(' ').any(|listed| listed == word)
 }
 
@@ -84,7 +86,7 @@ pub fn plain_kind(name: &str) -> Option<Kind> {
         return None;
     }
     let plain = plain(name);
-    if is_time(&plain) {
+    if is_one_of(&plain, TIMES) {
         Some(Kind::Time)
     } else if gauge_stem(name).is_some() {
         Some(Kind::Gauge)
@@ -93,66 +95,34 @@ pub fn plain_kind(name: &str) -> Option<Kind> {
     }
 }
 
-/// Returns true if the word is in one of the lists of words for a quantity.
-pub fn is_known(word: &str) -> bool {
-    let lists =
-        [TIMES, GAUGES, FORCES, MOMENTS, LOADS, CLOCKS, COUNTERS, DISPLACEMENTS, AUXILIARIES];
-    lists.iter().any(|list| is_one_of(word, list))
+/// Words for a quantity in column names.
+const QUANTITIES: [&str; 9] =
+    [TIMES, GAUGES, FORCES, MOMENTS, LOADS, CLOCKS, COUNTERS, DISPLACEMENTS, AUXILIARIES];
+
+/// Returns true if one of the words means a quantity.
+pub fn are_known(words: &[&str]) -> bool {
+    has(words, &QUANTITIES)
 }
 
+/// Returns true if one of the words is in one of the lists.
+pub fn has(words: &[&str], lists: &[&str]) -> bool {
+    words.iter().any(|word| lists.iter().any(|list| is_one_of(word, list)))
+}
+
+/// Returns true if the words of a name mean a load, whose axis they need not tell.
 pub fn is_load(words: &[&str]) -> bool {
-    let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
-    let is_load = |word: &&str| [FORCES, MOMENTS, LOADS].iter().any(|list| is_one_of(word, list));
-    let mut long = words.iter().filter(|word| word.len() > 1);
+    let long: Vec<&str> = words.iter().copied().filter(|word| word.len() > 1).collect();
     // The raw signal of a load cell is a gauge, not a load. A letter next to a word for the reference, as in "F_ref", names a
     // load.
-    !has(RAW)
-        && (long.any(is_load)
-            || has("fx fy fz mx my mz tx ty tz")
-            || (has(REFERENCES) && has("f m")))
+    !has(words, &[RAW])
+        && (has(&long, &[FORCES, MOMENTS, LOADS, "fx fy fz mx my mz tx ty tz"])
+            || has(words, &[REFERENCES]) && has(words, &["f m"]))
 }
 
-pub fn is_moment(words: &[&str]) -> bool {
-    words.iter().any(|word| word.len() > 1 && is_one_of(word, MOMENTS))
-}
-
-pub fn is_mass(words: &[&str]) -> bool {
-    words.iter().any(|word| is_one_of(word, MASSES))
-}
-
+/// Returns true if one of the words means a time.
 pub fn is_clock(words: &[&str]) -> bool {
-    let is_it = |word: &&str| {
-        is_one_of(word, CLOCKS)
-            || (word.len() > 4 && (word.ends_with("time") || word.ends_with("zeit")))
-    };
-    words.iter().any(is_it)
-}
-
-pub fn is_counter(words: &[&str]) -> bool {
-    words.iter().any(|word| is_one_of(word, COUNTERS))
-}
-
-pub fn is_signal(words: &[&str]) -> bool {
-    let is_it = |word: &&str| is_one_of(word, RAW) || is_one_of(word, "voltage spannung tension");
-    words.iter().any(is_it)
-}
-
-pub fn is_displacement(words: &[&str]) -> bool {
-    words.iter().any(|word| is_one_of(word, DISPLACEMENTS) || is_one_of(word, SPREADS))
-}
-
-pub fn is_other_unit(unit: &str) -> bool {
-    is_one_of(unit, OTHER_UNITS)
-}
-
-/// Returns true if these words of a column name, in lower case and without numbers, name an auxiliary channel.
-pub fn is_auxiliary(words: &[&str]) -> bool {
-    let has = |list: &str| words.iter().any(|word| is_one_of(word, list));
-    has(AUXILIARIES) && !has(NOT_MEASURED)
-}
-
-pub fn is_time(plain: &str) -> bool {
-    is_one_of(plain, TIMES)
+    let ends_so = |word: &&str| word.ends_with("time") || word.ends_with("zeit");
+    has(words, &[CLOCKS]) || words.iter().any(|word| word.len() > 4 && ends_so(word))
 }
 
 /// Returns the word in front of the number in a gauge's name, in lower case; `None` if the name is not that of a gauge.

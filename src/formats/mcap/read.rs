@@ -296,34 +296,30 @@ impl Topics {
             .map(|(id, topic)| (*id, topic))
             .collect();
         parts::check_wanted(wanted, readable.iter().map(|(_, topic)| topic.name.as_str()))?;
-        let chosen = if wanted.is_empty() {
-            [false, true].map(|is_wrench| Topic::most_likely(&readable, is_wrench))
-        } else if wanted.len() > 2 {
+        if wanted.len() > 2 {
             return Err(FileError::TooManyTopics { topics: wanted.to_vec() });
+        }
+        let mut chosen: Vec<u16> = if wanted.is_empty() {
+            let of_kind = [false, true].into_iter();
+            of_kind.filter_map(|is_wrench| Topic::most_likely(&readable, is_wrench)).collect()
         } else {
-            let mut chosen: Vec<_> = wanted
-                .iter()
-                .filter_map(|name| readable.iter().find(|(_, topic)| topic.name == *name))
-                .collect();
-            // If one of two wanted topics is a wrench, the other topic holds the gauges. Otherwise the first topic in
-            // `wanted` does.
-            chosen.sort_by_key(|(_, topic)| topic.is_wrench());
-            [0_usize, 1].map(|at| chosen.get(at).map(|(id, _)| *id))
+            let named = |name: &String| readable.iter().find(|(_, topic)| topic.name == *name);
+            wanted.iter().filter_map(named).map(|(id, _)| *id).collect()
         };
-        // A rival is an unused topic that could have been chosen in place of a chosen topic.
+        // The reference comes last.
+        chosen.sort_by_key(|id| self.topics[id].is_wrench());
         let is_rival = |topic: &Topic| {
-            let is_like = |other: &&u16| {
-                let other = &self.topics[*other];
+            let mut others = chosen.iter().map(|id| &self.topics[id]);
+            others.any(|other| {
                 other.is_wrench() == topic.is_wrench() && other.is_list() <= topic.is_list()
-            };
-            chosen.iter().flatten().any(|id| is_like(&id))
+            })
         };
-        let is_chosen = |id: u16| chosen.contains(&Some(id));
-        let has_rivals = readable.iter().any(|(id, topic)| !is_chosen(*id) && is_rival(topic));
+        let mut others = readable.iter().filter(|(id, _)| !chosen.contains(id));
+        let has_rivals = others.any(|(_, topic)| is_rival(topic));
         let parts = readable.iter().map(|(id, topic)| FilePart {
             name: topic.name.clone(),
             what: format!("{}, {} messages", topic.kind, topic.samples.len()),
-            is_used: is_chosen(*id),
+            is_used: chosen.contains(id),
         });
         let mut table = Columns {
             is_named: true,
@@ -332,8 +328,8 @@ impl Topics {
             ..Columns::default()
         };
         let mut topics = self.topics;
-        let [first, second] = chosen.map(|id| id.and_then(|id| topics.remove(&id)));
-        for topic in [first, second].into_iter().flatten() {
+        for id in chosen {
+            let Some(topic) = topics.remove(&id) else { continue };
             let is_second = !table.columns.is_empty();
             if is_second {
                 table.reference_time = Some(table.columns.len());

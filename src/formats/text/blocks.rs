@@ -15,7 +15,7 @@ use crate::formats::error::FileError;
 pub const LINE_LIMIT_BYTES: usize = 1 << 20;
 
 #[derive(Debug)]
-pub(in crate::formats) struct Blocks {
+pub struct Blocks {
     pub text: Text,
     block_bytes: usize,
     /// Start of a line whose end has not been read yet.

@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// Format of every file whose first bytes match no other format.
-pub(in crate::formats) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "delimited text",
     endings: &["csv", "txt", "tsv", "dat"],
     signatures: &[],
@@ -47,7 +47,7 @@ pub struct TextFile {
 }
 
 impl TextFile {
-    pub(in crate::formats) fn open(
+    pub fn open(
         path: &Path,
         block_bytes: usize,
         limit_bytes: Option<u64>,
@@ -58,24 +58,24 @@ impl TextFile {
     }
 
     /// Takes bytes in memory as a file, all of which is its start.
-    pub(in crate::formats) fn of_bytes(bytes: Vec<u8>) -> Result<Self, FileError> {
+    pub fn of_bytes(bytes: Vec<u8>) -> Result<Self, FileError> {
         let n_bytes = bytes.len();
         let mut blocks = Blocks::of(Text::of_bytes(bytes)?, n_bytes);
         let head = blocks.head(n_bytes)?;
         Ok(Self { path: PathBuf::new(), blocks, head, places: OnceCell::from(Vec::new()) })
     }
 
-    pub(in crate::formats) fn layout(&self) -> Option<TextLayout> {
+    pub fn layout(&self) -> Option<TextLayout> {
         detect(&self.head)
     }
 
-    pub(in crate::formats) fn head(&self, layout: &TextLayout) -> Option<Head> {
+    pub fn head(&self, layout: &TextLayout) -> Option<Head> {
         locate(&self.head, layout)
     }
 
     /// Returns the cells of the first rows, and of some rows from all over the file. The time for this does not grow with the
     /// file.
-    pub(in crate::formats) fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
+    pub fn sample(&self, layout: &TextLayout, head: &Head) -> Sample<'_> {
         let places = self.places.get_or_init(|| self.read_places());
         layout::sample(&self.head, layout, head, places)
     }
@@ -100,7 +100,7 @@ impl TextFile {
     }
 
     /// Returns the number of rows in the file, estimated from the length of the first rows.
-    pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
+    pub fn about_rows(&self, head: &Head) -> u64 {
         let rows = &self.head[head.n_bytes.min(self.head.len())..];
         let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
         let text_bytes = self.blocks.text.file_bytes / self.encoding().bytes_per_character();
@@ -112,12 +112,12 @@ impl TextFile {
         (n_rows * share).round() as u64
     }
 
-    pub(in crate::formats) fn encoding(&self) -> Encoding {
+    pub fn encoding(&self) -> Encoding {
         self.blocks.text.encoding
     }
 
     /// Reads the rows of the file as [`Opened::read`](crate::formats::Opened::read) does, in blocks of lines.
-    pub(in crate::formats) fn read<R: Send>(
+    pub fn read<R: Send>(
         self,
         head: &Head,
         progress: &Progress,

@@ -17,7 +17,7 @@ use crate::formats::{
     format::{COLUMN_LIMIT, Format, Source},
 };
 
-pub(in crate::formats) const FORMAT: Format = Format {
+pub const FORMAT: Format = Format {
     name: "LabVIEW measurement",
     endings: &["lvm"],
     signatures: &[b"LabVIEW Measurement", b"\xef\xbb\xbfLabVIEW Measurement"],

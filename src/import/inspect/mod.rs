@@ -152,19 +152,15 @@ pub fn inspect(path: &Path, known: Known, progress: &Progress) -> Result<Inspect
 
 fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspection, ReadError> {
     let reading = Reading::start(progress, SAMPLE_BYTES);
-    let parts = match &known {
-        Known::Nothing => &[][..],
-        Known::Layout(text) => &text.parts,
-        Known::Map(map) => &map.table.text.parts,
-    };
-    let opened = reading.open(path, parts)?;
-    // With a given map or layout, the user accepts that rows are skipped.
-    let may_skip_rows = !matches!(known, Known::Nothing);
     let (given, layout) = match &known {
         Known::Map(map) => (Some(&**map), None),
         Known::Layout(text) => (None, Some(text)),
         Known::Nothing => (None, None),
     };
+    let text = given.map(|map| &map.table.text).or(layout);
+    let opened = reading.open(path, text.map_or(&[][..], |text| &text.parts))?;
+    // With a given map or layout, the user accepts that rows are skipped.
+    let may_skip_rows = known != Known::Nothing;
     let found = mapped(path, &opened, given, layout);
     let (Mapped { mut map, columns, questions, .. }, error) = match found {
         Ok(found) => (found, None),
@@ -237,32 +233,21 @@ fn whole_ranges(
     columns: &mut [ColumnReport],
     progress: &Progress,
 ) -> Result<(), FileError> {
-    fn with_row<'a>(
-        ranges: &mut Vec<MinMax>,
-        row: impl Iterator<Item = Cell<'a>>,
-        (text, missing): (&TextLayout, &[Option<f64>]),
-    ) {
-        for (index, cell) in row.enumerate() {
-            if index == ranges.len() {
-                ranges.push(MinMax::NONE);
-            }
-            let mark = missing.get(index).copied().flatten();
-            if let Some(value) = value_of(cell, text).filter(|value| Some(*value) != mark) {
-                ranges[index] = ranges[index].with(value);
-            }
-        }
-    }
     let missing: Vec<Option<f64>> = columns.iter().map(|column| column.missing).collect();
-    let of = (text, &missing[..]);
     let parse = |part: Part<'_>| {
-        let mut ranges = Vec::new();
-        match part {
-            Part::Lines(block) => lines(block)
-                .filter_map(|line| text.row(line))
-                .for_each(|row| with_row(&mut ranges, row, of)),
-            Part::Rows(columns, rows) => {
-                rows.for_each(|row| with_row(&mut ranges, columns.row(row), of));
+        let mut ranges = vec![MinMax::NONE; missing.len()];
+        let mut take = |row: &mut dyn Iterator<Item = Cell<'_>>| {
+            for ((range, mark), cell) in ranges.iter_mut().zip(&missing).zip(row) {
+                if let Some(value) = value_of(cell, text).filter(|value| Some(*value) != *mark) {
+                    *range = range.with(value);
+                }
             }
+        };
+        match part {
+            Part::Lines(block) => {
+                lines(block).filter_map(|line| text.row(line)).for_each(|mut row| take(&mut row))
+            }
+            Part::Rows(columns, rows) => rows.for_each(|row| take(&mut columns.row(row))),
         }
         ranges
     };

@@ -116,17 +116,23 @@ impl TableHeader {
         holds_units
     }
 
-    /// Returns the lines of the header above rows with this delimiter. `time` is a column that is added in front.
-    fn lines(&self, delimiter: Delimiter, time: Option<&str>) -> Vec<String> {
+    /// Returns the lines of the header above rows with this delimiter.
+    fn lines(&self, delimiter: Delimiter) -> Vec<String> {
         let between = char::from(delimiter.byte()).to_string();
-        let behind = |cell: Option<&str>, line: String| match cell {
-            Some(cell) => format!("{cell}{between}{line}"),
-            None => line,
-        };
         let is_same = self.delimiter() == delimiter;
         let names = if is_same { self.line.clone() } else { self.names.join(&between) };
-        let units = self.units.clone().map(|units| behind(time.map(|_| ""), units));
-        [behind(time, names)].into_iter().chain(units).collect()
+        [names].into_iter().chain(self.units.clone()).collect()
+    }
+
+    /// Returns the names of the columns, with their units if a line of its own gives them.
+    fn names_with_units(&self) -> Vec<String> {
+        let units = self.units.as_deref().unwrap_or_default();
+        let mut units = Cells::new(units.as_bytes(), self.delimiter()).map(String::from_utf8_lossy);
+        let with_unit = |name: &String| match units.next().filter(|unit| !unit.is_empty()) {
+            Some(unit) => format!("{name} [{}]", unit.trim_matches(['[', ']', '(', ')'])),
+            None => name.clone(),
+        };
+        self.names.iter().map(with_unit).collect()
     }
 }
 
@@ -305,11 +311,17 @@ impl LiveHead {
                 let last = without_stamp(&rows[rows.len() - 1].line).1;
                 let delimiter = header.delimiter_of_row(last).unwrap_or_default();
                 let lines = rows.iter().map(|row| without_stamp(&row.line).1.to_owned());
-                let table = begin([header.lines(delimiter, None), lines.collect()].concat());
+                let table = begin([header.lines(delimiter), lines.collect()].concat());
                 if is_no_time(&table) && header.may_have_clock() && is_early {
                     Ok(None)
                 } else if is_no_time(&table) {
-                    of_device(form, rows, source, Some((header, delimiter)), is_all)
+                    of_device(
+                        form,
+                        rows,
+                        source,
+                        Some((header.names_with_units(), delimiter)),
+                        is_all,
+                    )
                 } else {
                     table
                 }
@@ -349,13 +361,13 @@ impl LiveHead {
     }
 }
 
-/// Finds the columns of rows as a device prints them. With a header, its rows have no time, which is added to them. Returns
-/// `None` if more lines are needed.
+/// Finds the columns of rows as a device prints them. `header` holds the names and the delimiter of a table without a time. Returns `None`
+/// if more lines are needed.
 fn of_device(
     form: RowForm,
     mut rows: Vec<Arrived>,
     source: LiveSource<'_>,
-    header: Option<(&TableHeader, Delimiter)>,
+    header: Option<(Vec<String>, Delimiter)>,
     is_all: bool,
 ) -> Result<Option<LiveTable>, ReadError> {
     let times = match form {
@@ -384,22 +396,15 @@ fn of_device(
     };
     let form = if times.is_empty() { form } else { RowForm::TimedNumbers };
     let lines: Vec<&str> = rows.iter().map(|row| &*row.line).collect();
-    let mut device = DeviceRows::new(form, &times, &lines, source);
-    if let Some((_, delimiter)) = header {
-        device.delimiter = delimiter;
-    }
-    let map = device.map(&times, &lines, source);
+    let device = DeviceRows::new(form, header, &times, &lines, source);
     let mut trial = device.clone();
     let table = rows.iter().filter_map(|row| trial.line(&row.line, row.secs));
-    let mut table: Vec<String> = table.collect();
+    let table: Vec<String> = table.collect();
     if table.is_empty() && !is_all {
         return Ok(None);
     }
-    if let Some((header, delimiter)) = header {
-        table.splice(0..0, header.lines(delimiter, Some(device.time_name())));
-    }
     let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
-    let source = LiveSource { map: map.as_ref(), ..source };
+    let source = LiveSource { map: None, ..source };
     let table = LiveTable::begin(&table, source, n_needed)?;
     Ok(table.map(|table| LiveTable { device: Some(device), ..table }))
 }

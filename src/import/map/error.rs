@@ -14,14 +14,12 @@ use crate::{
 pub enum MapError {
     #[error("the file of the column map cannot be read: {0}")]
     Io(#[from] io::Error),
-    #[error(
-        "this file is not JSON, so it is not a column map; write a column map for a recording with `inspect --write-map`"
-    )]
+    #[error("this file is not JSON, so it is no column map; `inspect --write-map` writes one")]
     NotAMap,
     #[error("the column map is not valid JSON, or has an unknown entry: {0}")]
     Json(#[from] serde_json::Error),
     #[error(
-        "this file is not a column map: its \"format\" is {found} instead of \"{expected}\"; write a column map for a recording with `inspect --write-map`"
+        "this file is not a column map: its \"format\" is {found} instead of \"{expected}\"; `inspect --write-map` writes a column map"
     )]
     Format { found: String, expected: &'static str },
     #[error(
@@ -34,19 +32,19 @@ pub enum MapError {
     )]
     Pose,
     #[error(
-        "\"weight\" needs the pose of the sensor, but no column has a role of the pose; give the columns of the pose the roles pose_qw, pose_qx and so on"
+        "\"weight\" needs the pose of the sensor; give its columns the roles pose_qw, pose_qx and so on"
     )]
     WeightWithoutPose,
     #[error(
-        "\"weight\" means that the reference load is computed from the pose, but a column with the role {role} gives a measured load as well; remove \"weight\" or that column"
+        "\"weight\" computes the reference load from the pose, but a column with the role {role} gives a measured load; remove \"weight\" or that column"
     )]
     WeightAndLoad { role: ColumnRole },
     #[error(
-        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values under \"weight\" or for each entry of \"mounts\", and give each entry its own name"
+        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values, and each entry of \"mounts\" another name"
     )]
     WeightUnknown { mount: String },
     #[error(
-        "a column has the role \"mount\", but \"weight\" has no list \"mounts\" of weights; add the list, or give the column the role \"ignore\""
+        "a column has the role \"mount\", but \"weight\" has no list \"mounts\"; add the list, or ignore the column"
     )]
     NoMounts,
     #[error(
@@ -66,7 +64,7 @@ pub enum MapError {
     #[error("{what} is {value} in the column map, but must be {must}")]
     Number { what: String, value: f64, must: &'static str },
     #[error(
-        "the file of the reference load is \"{file}\", which is not a file name; give a file name relative to the folder of the recording, e.g. \"states.csv\" or \"{{stem}}_ref.csv\""
+        "the file of the reference load is \"{file}\", which is not a file name; give one relative to the folder of the recording, e.g. \"{{stem}}_ref.csv\""
     )]
     ReferenceName { file: String },
 }

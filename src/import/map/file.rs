@@ -118,7 +118,7 @@ impl TableMap {
     }
 
     /// Returns true if the map is for files with certain columns. A typed map has no shape.
-    pub(in crate::import) fn has_shape(&self) -> bool {
+    pub fn has_shape(&self) -> bool {
         self.shape.columns > 0
     }
 

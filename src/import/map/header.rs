@@ -51,7 +51,7 @@ impl<'a> Header<'a> {
         Self { names, places }
     }
 
-    pub(in crate::import) fn of(head: &'a Head) -> Self {
+    pub fn of(head: &'a Head) -> Self {
         Self::new(head.names.iter().map(String::as_str))
     }
 

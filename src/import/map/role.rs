@@ -178,7 +178,7 @@ pub enum Attitude {
 }
 
 impl Attitude {
-    pub(in crate::import) const ALL: [Self; 4] =
+    pub const ALL: [Self; 4] =
         [Self::Quaternion, Self::RollPitchYaw, Self::RotationVector, Self::Matrix];
 
     /// Returns the parts of the pose that make up the orientation, in the order in which

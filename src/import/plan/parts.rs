@@ -102,13 +102,13 @@ impl Use {
 
     pub fn noun(self) -> &'static str {
         match self {
-            Self::Ignored | Self::Status | Self::Group | Self::Mount { .. } => "column",
             Self::Pose { .. } => "pose",
             Self::Time | Self::TimeText(_) | Self::TimeFraction { .. } => "time",
             Self::Gauge { .. } => "gauge",
             Self::Auxiliary { .. } => "auxiliary channel",
             Self::Channel { .. } => "channel",
             Self::Load { .. } => "reference",
+            _ => "column",
         }
     }
 }

@@ -64,13 +64,7 @@ pub fn value_of(
         Use::Group if cell.is_blank() => Err(Trouble::Empty),
         Use::Group => Ok((0.0, false)),
         Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
-        Use::Time
-        | Use::TimeFraction { .. }
-        | Use::Gauge { .. }
-        | Use::Auxiliary { .. }
-        | Use::Channel { .. }
-        | Use::Load { .. }
-        | Use::Pose { .. } => {
+        _ => {
             let since = plan.since_of(index);
             let number = match cell {
                 Cell::Number(number) => Some((number - since as f64, false)),
@@ -94,7 +88,7 @@ fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
 }
 
 /// Returns true for the numbers by which meters mark an overload (9.9E+37) or a missing value (9.91E+37).
-pub(in crate::import) fn is_overload(number: f64) -> bool {
+pub fn is_overload(number: f64) -> bool {
     (9.9e37..=1e38).contains(&number.abs())
 }
 

@@ -3,7 +3,7 @@
 use crate::{
     questions::metrology::{
         self,
-        figures::{Basis, Figure, Metrology, Reason, Row, Value},
+        figures::{Basis, Figure, Metrology, Quantity, Reason, Row, Value},
     },
     report::{
         table::{self, Cell, Column, Table},

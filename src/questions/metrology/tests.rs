@@ -86,6 +86,71 @@ fn extents(runs: &[Run<'_>], axes: &[Axis]) -> Vec<LoadExtent> {
     axes.iter().map(of_axis).collect()
 }
 
+/// A table without times goes up and down three times. Its output is 0.2 N below the load on the way up and 0.2 N above it on
+/// the way down, or equal to the load.
+#[test]
+fn the_branches_of_a_table_without_times_show_the_hysteresis_of_a_computed_load() {
+    let cycle = (0..10).chain((1..=10).rev());
+    let load: Vec<f64> = cycle.cycle().take(61).map(f64::from).collect();
+    let way = |at: usize| match at % 20 {
+        0 | 10 => 0.0,
+        up if up < 10 => -0.2,
+        _ => 0.2,
+    };
+    let output = load.iter().enumerate().map(|(at, load)| load + way(at)).collect();
+    let one = One::new(load, output);
+    let table = |of: &One| {
+        let run = Run { is_static: true, ..of.run() };
+        table_of(&[run], &[Axis::Fz], &[10.0])
+    };
+    let of_table = table(&one);
+    let cell = of_table.cell(Quantity::Hysteresis, Axis::Fz).unwrap();
+    let [late, even] =
+        [&cell.conventional, &cell.compensated].map(|own| own.as_ref().unwrap().value);
+    assert!((late - 0.4).abs() < 0.01 && even.abs() < 1e-9, "{late} {even}");
+    let times = of_table.cell(Quantity::Creep, Axis::Fz).unwrap();
+    assert!(matches!(times.conventional, Err(Reason::NoTimes { .. })));
+}
+
+/// Weights by hand on a gauge of 20 counts for each newton: three cycles over 0, 4 and 10 N. The readings at 4 N are 80 + c on
+/// the way up and 80 + 2 c on the way down in cycle c, and those at zero are c after cycle c. The load is a twentieth of the
+/// readings.
+#[test]
+fn a_table_of_weights_has_figures_of_readings_in_the_same_direction() {
+    let cycle = |c: f64| [(4.0, 80.0 + c), (10.0, 200.0), (4.0, 80.0 + 2.0 * c), (0.0, c)];
+    let rows: Vec<(f64, f64)> =
+        std::iter::once((0.0, 0.0)).chain([1.0, 3.0, 2.0].into_iter().flat_map(cycle)).collect();
+    let (load, counts): (Vec<f64>, Vec<f64>) = rows.into_iter().unzip();
+    let one = One::new(load.clone(), counts.iter().map(|counts| counts / 20.0).collect());
+    let run = Run { gauges: &counts, is_static: true, is_table: true, ..one.run() };
+    let table = table_of(&[run], &[Axis::Fz], &[10.0]);
+    let found = |quantity| fz(&table, quantity).conventional.clone().unwrap();
+    // In newtons: rising and falling readings at 4 N differ by c counts, which is most in the second cycle. At 4 N, those on
+    // the way down span 2 to 6 counts, and those on the way up 1 to 3. The zero changes most in the second cycle, from 1 to 3.
+    let closed = [
+        (Quantity::Hysteresis, 3.0 / 20.0),
+        (Quantity::MeanLoopHysteresis, 2.0 / 20.0),
+        (Quantity::Repeatability, 4.0 / 20.0),
+        (Quantity::ZeroReturn, 2.0 / 20.0),
+    ];
+    for (quantity, truth) in closed {
+        let found = found(quantity);
+        assert!((found.value - truth).abs() < 1e-9, "{quantity:?}: {found:?}");
+        assert_eq!(found.place, None);
+    }
+    // Slope and standard error from NumPy's least squares.
+    let sensitivity = found(Quantity::Sensitivity);
+    assert!((sensitivity.value - 19.83870967741935).abs() < 1e-9, "{sensitivity:?}");
+    assert!(
+        (sensitivity.uncertainty.unwrap() - 0.13657106959074364).abs() < 1e-9,
+        "{sensitivity:?}"
+    );
+    assert_eq!(
+        (sensitivity.percent_fs, fz(&table, Quantity::Sensitivity).unit),
+        (None, "reading/N")
+    );
+}
+
 impl Metrology {
     fn cell(&self, quantity: Quantity, axis: Axis) -> Option<&Cell> {
         let row = self.rows.iter().find(|row| row.quantity == quantity)?;

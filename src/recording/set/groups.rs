@@ -33,48 +33,29 @@ const KEPT_RANGE: f64 = 0.5;
 
 /// Words in the names of recordings and folders that stand before the number or letter of a load programme, as in `path3`. If
 /// a name contains several, the first in this list counts.
-const PROGRAMMES: [(&str, GroupedBy); 8] = [
-    ("path", GroupedBy::Path),
-    ("trajectory", GroupedBy::Trajectory),
-    ("programme", GroupedBy::Programme),
-    ("program", GroupedBy::Program),
-    ("programm", GroupedBy::Programme),
-    ("profile", GroupedBy::Profile),
-    ("sequence", GroupedBy::Sequence),
-    ("pattern", GroupedBy::Pattern),
-];
+const PROGRAMMES: &str = "path trajectory programme program programm profile sequence pattern";
 /// Words in the names of recordings and folders that stand before the number or letter of a day or a mounting, as in `day2`.
-const SESSIONS: [(&str, GroupedBy); 8] = [
-    ("day", GroupedBy::Day),
-    ("tag", GroupedBy::Day),
-    ("session", GroupedBy::Session),
-    ("mounting", GroupedBy::Mounting),
-    ("mount", GroupedBy::Mount),
-    ("montage", GroupedBy::Mounting),
-    ("setup", GroupedBy::Setup),
-    ("batch", GroupedBy::Batch),
-];
+const SESSIONS: &str = "day tag session mounting mount montage setup batch";
 /// Words in the names of recordings and folders that stand before the number of a repetition, as in `run4`.
-const REPETITIONS: [&str; 12] = [
-    "run",
-    "rep",
-    "repeat",
-    "repetition",
-    "take",
-    "trial",
-    "try",
-    "attempt",
-    "wiederholung",
-    "wdh",
-    "lauf",
-    "versuch",
-];
+const REPETITIONS: &str =
+    "run rep repeat repetition take trial try attempt wiederholung wdh lauf versuch";
 /// Years that a date in a name may have. A number outside this range is not read as a year.
 const YEARS: std::ops::RangeInclusive<i16> = 1970..=2099;
 const ROLES: [&str; 3] = ["train", "training", "test"];
 
 /// Criterion by which recordings are grouped. The `Display` text is the noun for one group, such as `path`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, strum::Display)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    strum::Display,
+    strum::EnumString,
+)]
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum GroupedBy {
@@ -89,13 +70,16 @@ pub enum GroupedBy {
     Block,
     Path,
     Trajectory,
+    #[strum(to_string = "programme", serialize = "programm")]
     Programme,
     Program,
     Profile,
     Sequence,
     Pattern,
+    #[strum(to_string = "day", serialize = "tag")]
     Day,
     Session,
+    #[strum(to_string = "mounting", serialize = "montage")]
     Mounting,
     Mount,
     Setup,
@@ -312,10 +296,11 @@ impl RecordingSet {
             keys: words.iter().map(|words| key(words)).collect(),
             reports_single_group,
         };
-        let labelled = |(word, by): &(&'static str, GroupedBy)| {
-            by_words(*by, true, &|words| Some(format!("{by} {}", after(words, word)?)))
+        let labelled = |word: &str| {
+            let by: GroupedBy = word.parse().ok()?;
+            Some(by_words(by, true, &|words| Some(format!("{by} {}", after(words, word)?))))
         };
-        let mut ways: Vec<Way> = PROGRAMMES.iter().map(labelled).collect();
+        let mut ways: Vec<Way> = PROGRAMMES.split(' ').filter_map(labelled).collect();
         if open.iter().any(|&at| repetition(&words[at]).is_some()) {
             ways.push(by_words(GroupedBy::Series, false, &|words| {
                 let rest = match repetition(words) {
@@ -325,7 +310,7 @@ impl RecordingSet {
                 (!rest.is_empty()).then(|| rest.join(" "))
             }));
         }
-        ways.extend(SESSIONS.iter().map(labelled));
+        ways.extend(SESSIONS.split(' ').filter_map(labelled));
         ways.push(by_words(GroupedBy::Day, false, &day));
         if counts_repetitions(&open, &words) {
             ways.push(by_words(GroupedBy::Series, false, &|words| {
@@ -431,33 +416,28 @@ fn words_of(recording: &Recording) -> Vec<String> {
     };
     let folder = recording.source().path().and_then(Path::parent);
     let folder = folder.and_then(last_name).unwrap_or_default();
-    let mut words: Vec<String> = Vec::new();
-    for word in split_words(&folder).into_iter().chain(split_words(name)) {
-        let mut before = None;
-        for letter in word.chars() {
-            // A capital letter after a small letter starts a new word, as in `pathA`.
-            if before.is_none_or(|last: char| last.is_lowercase() && letter.is_uppercase()) {
-                words.push(String::new());
-            }
-            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
-            before = Some(letter);
-        }
-    }
+    let mut words = [words_in(&folder), words_in(name)].concat();
     words.retain(|word| !ROLES.contains(&&**word));
     words
 }
 
-/// Returns the runs of digits and the runs of letters in a text.
-fn split_words(text: &str) -> Vec<&str> {
+/// Returns the runs of digits and the runs of letters in a text, in lower case. A capital letter after a small letter starts a
+/// new word, as in `pathA`.
+fn words_in(text: &str) -> Vec<String> {
     let kind = |c: char| (c.is_ascii_digit(), c.is_alphabetic());
-    let mut words = Vec::new();
-    let mut rest = text;
-    while let Some(start) = rest.find(char::is_alphanumeric) {
-        rest = &rest[start..];
-        let of = rest.chars().next().map(kind);
-        let end = rest.find(|c| Some(kind(c)) != of).unwrap_or(rest.len());
-        words.push(&rest[..end]);
-        rest = &rest[end..];
+    let mut words: Vec<String> = Vec::new();
+    let mut before = None;
+    for letter in text.chars() {
+        let continues = |last: char| {
+            kind(last) == kind(letter) && !(last.is_lowercase() && letter.is_uppercase())
+        };
+        if letter.is_alphanumeric() {
+            if !before.is_some_and(continues) {
+                words.push(String::new());
+            }
+            words.last_mut().expect("pushed above").extend(letter.to_lowercase());
+        }
+        before = Some(letter).filter(|letter| letter.is_alphanumeric());
     }
     words
 }
@@ -491,7 +471,7 @@ fn after<'a>(words: &'a [String], word: &str) -> Option<&'a str> {
 /// Returns the index of the last word for a repetition, such as `run`, that is followed by a number or letter.
 fn repetition(words: &[String]) -> Option<usize> {
     let mut pairs = words.windows(2);
-    pairs.rposition(|pair| REPETITIONS.contains(&&*pair[0]) && is_label(&pair[1]))
+    pairs.rposition(|pair| REPETITIONS.split(' ').any(|word| word == pair[0]) && is_label(&pair[1]))
 }
 
 /// Returns the first date in the words that has the form 2024-05-01 or 20240501.

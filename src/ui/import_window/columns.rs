@@ -16,7 +16,8 @@ use crate::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
-    ui::{choice::named_choice, controls::Controls as _, numbers::significant},
+    shown,
+    ui::{choice::named_choice, controls::Controls as _},
 };
 
 const NAME: &str = "Name of a gauge or an auxiliary channel. Without an entry, the name is taken from the header, or is S1, S2, …";
@@ -272,7 +273,7 @@ fn column_row(
     row.col(|ui| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => {
-                format!("{} … {}", number(min), number(max)).replace('-', "−")
+                format!("{} … {}", shown::number(min), shown::number(max)).replace('-', "−")
             }
             _ => report.content.name().to_owned(),
         };

@@ -44,7 +44,7 @@ pub fn first_lines(head: &[u8], n_skipped: usize) -> Vec<Line<'_>> {
 
 /// Returns the cells of a header, without empty cells at the end. If blanks separate the cells, a unit in brackets stays
 /// with its name.
-pub(in crate::formats::text) fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
+pub fn names(text: &[u8], delimiter: Delimiter) -> Vec<String> {
     let text = decoded(text);
     let mut cells: Vec<String> = Vec::new();
     let mut is_open = false;
