@@ -228,7 +228,7 @@ pub fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const EXPORT: &str = "export the recording as CSV";
-    const SIGNATURES: [(&[u8], &str, &str); 17] = [
+    const SIGNATURES: [(&[u8], &str, &str); 18] = [
         (
             b"\x02P",
             "a C3D file of motion capture",
@@ -239,6 +239,11 @@ fn other_kind(head: &[u8]) -> Option<FileError> {
             b"PK\x03\x04",
             "a zip archive or a spreadsheet",
             "unpack it, or save the sheet as .xlsx or CSV",
+        ),
+        (
+            b"\x89HDF",
+            "an HDF5 file",
+            "in Python: `import h5py, numpy; f = h5py.File(\"FILE\")`, then `numpy.savez(\"FILE.npz\", t=f[\"t\"], S=f[\"S\"], F=f[\"F\"])` with the names of its datasets",
         ),
         (b"\x28\xb5\x2f\xfd", "a Zstandard archive", UNPACK),
         (b"BZh", "a bzip2 archive", UNPACK),

@@ -32,7 +32,9 @@ pub(crate) use cells::{delimiter_of_header, lines};
 pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;
 pub(crate) use file::TextFile;
-pub(crate) use layout::{Head, detect, is_header, is_units_row, locate, words};
+pub(crate) use layout::{Head, is_header, is_units_row, words};
+#[cfg(test)]
+pub(crate) use layout::{detect, locate};
 pub(super) use lvm::FORMAT as LABVIEW;
 pub(crate) use serial_monitor::stamped;
 pub(crate) use written::{Decimal, Delimiter, Preamble, TextLayout, Thousands};

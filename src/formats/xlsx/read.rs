@@ -4,6 +4,7 @@
 //! Guarantees: memory is allocated only for filled cells, not for the rectangle that they span, and within the limit for the
 //! file. A text shared by several cells is stored once.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{BufReader, Read, Seek};
@@ -11,14 +12,17 @@ use std::io::{BufReader, Read, Seek};
 use calamine::{Data, Ods, Range, Reader, Xls, Xlsx, XlsxCellReader, XlsxError};
 use zip::ZipArchive;
 
+use super::super::column_name::is_known_unit;
 use super::super::columns::{Column, Columns};
 use super::super::error::FileError;
 use super::super::format::{Budget, COLUMN_LIMIT, Source, SourceFile};
 use super::super::parts::{self, Part};
-use super::super::text::{Delimiter, TextLayout, detect, lines, locate, times::TimeForm};
+use super::super::text::times::TimeForm;
 use super::Kind;
 
 const FILE: &str = "the workbook";
+/// Number of first rows of a sheet in which the first row of numbers is searched.
+const HEADER_LIMIT: u32 = 100;
 /// Maximum length of a cell's text that is kept (bytes), which limits memory. Names and values are shorter.
 const TEXT_LIMIT_BYTES: usize = 1 << 10;
 /// Days from 1899-12-30, the origin of dates in workbooks, to 1970-01-01.
@@ -159,99 +163,141 @@ fn damaged(error: impl Display) -> FileError {
     FileError::damaged(FILE, error.to_string())
 }
 
-/// Returns the text of a cell as in a file of cells that tabs divide, and true if the cell is a date or a time of day. These
-/// become seconds. Numbers keep their value.
-fn written(value: &Data) -> (String, bool) {
+fn is_text(cell: &Cell) -> bool {
+    matches!(cell.value, Data::String(_))
+}
+
+/// Returns true if a row holds samples, that is more values than texts.
+fn is_row(row: &[Cell]) -> bool {
+    // In some columns, numbers are stored as texts. A row of such texts alone may be a header.
+    let are_texts = row.iter().all(is_text);
+    let is_word = |cell: &&Cell| {
+        is_text(cell) && time(&cell.value).is_none() && (are_texts || number(&cell.value).is_none())
+    };
+    let n_texts = row.iter().filter(is_word).count();
+    let n_values = row
+        .iter()
+        .filter(|cell| number(&cell.value).or_else(|| time(&cell.value)).is_some())
+        .count();
+    n_values > n_texts
+}
+
+fn number(value: &Data) -> Option<f64> {
+    match value {
+        Data::Int(value) => Some(*value as f64),
+        Data::Float(value) => Some(*value),
+        Data::Bool(value) => Some(f64::from(*value)),
+        Data::String(_) => text(value).parse().ok(),
+        _ => None,
+    }
+}
+
+/// Returns the time in a cell (s): since 1970 for a date, else a time of day or a duration; `None` for another cell.
+fn time(value: &Data) -> Option<f64> {
     match value {
         Data::DateTime(when) => {
-            // Whole days since 1899 make a date. Smaller numbers are times of day or durations.
             let days = when.as_f64();
+            // A value below a year is a time of day or a duration and has no date.
             let is_day = days >= 366.0 && !when.is_duration();
             let days = if is_day { days - DAYS_BEFORE_1970 } else { days };
-            // A double holds such a date to 0.1 ms only.
-            (((days * DAY_SECS * 1e4).round() / 1e4).to_string(), true)
+            // Dates in workbooks are accurate to 0.1 ms, so other digits are rounded.
+            Some((days * DAY_SECS * 1e4).round() / 1e4)
         }
-        Data::Int(number) => (number.to_string(), false),
-        Data::Float(number) => (number.to_string(), false),
-        Data::Bool(value) => (u8::from(*value).to_string(), false),
-        other => {
-            let text = other.to_string().replace(['\n', '\r'], " ").replace('"', "\"\"");
-            (format!("\"{}\"", text.trim()), false)
+        Data::DateTimeIso(_) | Data::String(_) => {
+            let text = text(value);
+            TimeForm::of_all([text.as_bytes()].into_iter())?.secs(text.as_bytes())
         }
+        _ => None,
     }
 }
 
-fn cell<'a>(row: &[&'a [u8]], column: usize) -> &'a [u8] {
-    row.get(column).copied().unwrap_or_default()
+fn text(value: &Data) -> Cow<'_, str> {
+    match value {
+        Data::String(text) | Data::DateTimeIso(text) | Data::DurationIso(text) => {
+            text.trim().into()
+        }
+        Data::Empty => "".into(),
+        other => other.to_string().into(),
+    }
 }
 
-/// Returns the table of a sheet, whose header and rows are found as in a text; `None` if it has no table of numbers.
+/// Returns the row with column names and the row with units above a table, if there are any.
+fn header_and_units<'a>(above: &[&'a [Cell]]) -> (Option<&'a [Cell]>, Option<&'a [Cell]>) {
+    let mut above = above.iter().copied().rev();
+    let nearest = above.next().filter(|row| row.iter().any(is_text));
+    let is_units = |row: &[Cell]| {
+        row.iter()
+            .map(|cell| text(&cell.value))
+            .any(|unit| is_known_unit(unit.trim_matches(['[', ']', '(', ')'])))
+    };
+    let is_named = |row: &[Cell]| row.iter().filter(|cell| is_text(cell)).count() > 1;
+    match (nearest, above.next()) {
+        (Some(units), Some(header)) if is_units(units) && is_named(header) => {
+            (Some(header), Some(units))
+        }
+        (header, _) => (header, None),
+    }
+}
+
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
-    let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
-    let rows = || cells.chunk_by(|a, b| a.row == b.row);
-    let width = |row: &[Cell]| u64::from(row[row.len() - 1].column - first_column) + 1;
-    budget.take(sheet, rows().map(width).sum(), 1)?;
-    // Number of dates in each column that has cells.
-    let mut n_dates = BTreeMap::<usize, usize>::new();
-    let mut text = String::new();
-    for row in rows() {
-        let mut n_before = 0;
-        for cell in row {
-            let column = (cell.column - first_column) as usize;
-            text.extend(std::iter::repeat_n('\t', column - n_before));
-            let (own, is_date) = written(&cell.value);
-            text.push_str(&own);
-            *n_dates.entry(column).or_default() += usize::from(is_date);
-            n_before = column;
-        }
-        text.push('\n');
+    let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
+    let row_number = |at: usize| rows[at][0].row;
+    let is_first = |&at: &usize| {
+        let following = (at..rows.len()).take_while(|&next| row_number(next) - row_number(at) < 3);
+        following.into_iter().all(|next| is_row(rows[next]))
+    };
+    let mut starts =
+        (0..rows.len()).take_while(|&at| row_number(at) - row_number(0) < HEADER_LIMIT);
+    let Some(first) = starts.find(is_first) else {
+        return Ok(None);
+    };
+    let (header, units) = header_and_units(&rows[..first]);
+    let cell_text = |row: Option<&[Cell]>, column: u32| {
+        let row = row.unwrap_or_default();
+        let at = row.binary_search_by_key(&column, |cell| cell.column);
+        at.map_or(String::new(), |at| text(&row[at].value).into_owned())
+    };
+    let samples = &rows[first..];
+    // Filled cells of each column below the header, with the index of their row.
+    let mut cells_of: BTreeMap<u32, Vec<(usize, &Data)>> = BTreeMap::new();
+    for cell in header.into_iter().flatten() {
+        cells_of.insert(cell.column, Vec::new());
     }
-    let Some(layout) = detect(text.as_bytes()) else {
-        return Ok(None);
-    };
-    let layout = TextLayout { delimiter: Delimiter::Tab, ..layout };
-    let Some(head) = locate(text.as_bytes(), &layout) else {
-        return Ok(None);
-    };
-    let rows = lines(&text.as_bytes()[head.n_bytes..]).filter_map(|line| layout.row(line));
-    let rows: Vec<Vec<&[u8]>> =
-        rows.map(|row| row.map(|cell| cell.written().unwrap_or_default()).collect()).collect();
-    let n_values = rows.len() * n_dates.len().min(COLUMN_LIMIT);
-    budget.take(sheet, n_values as u64, size_of::<f64>() as u64)?;
-    let number = |cell: &[u8]| layout.number(cell).map(|(number, _)| number);
-    let time = |cell: &[u8]| TimeForm::of_all([cell].into_iter())?.secs(cell);
-    let mut table = Columns { is_named: layout.header, ..Columns::default() };
-    for (column, n_dates) in n_dates {
-        let filled = || rows.iter().map(|row| cell(row, column)).filter(|cell| !cell.is_empty());
-        let n_numbers = filled().filter_map(number).count();
-        let n_numbers = n_numbers.saturating_sub(n_dates);
-        let n_times = filled().filter_map(time).count() + n_dates;
-        let n_filled = filled().count();
-        let is_time = n_times > n_numbers && n_times * 2 > n_filled;
-        let name = match head.names.get(column).filter(|name| !name.is_empty()) {
-            None if layout.header => format!("column {}", column + 1),
-            name => name.cloned().unwrap_or_default(),
+    for (at, row) in samples.iter().enumerate() {
+        for cell in *row {
+            cells_of.entry(cell.column).or_default().push((at, &cell.value));
+        }
+    }
+    let n_values = samples.len() as u64 * cells_of.len().min(COLUMN_LIMIT) as u64;
+    budget.take(sheet, n_values, size_of::<f64>() as u64)?;
+    let mut table = Columns { is_named: header.is_some(), ..Columns::default() };
+    let first_column = cells.iter().map(|cell| cell.column).min().unwrap_or(0);
+    for (column, cells) in cells_of {
+        let name = match (table.is_named, cell_text(header, column)) {
+            (true, name) if name.is_empty() => format!("column {}", column - first_column + 1),
+            (_, name) => name,
         };
-        if n_filled == 0 {
+        let count = |of: fn(&Data) -> Option<f64>| {
+            cells.iter().filter(|(_, value)| of(value).is_some()).count()
+        };
+        let (n_numbers, n_times) = (count(number), count(time));
+        let is_time = n_times > n_numbers && n_times * 2 > cells.len();
+        if cells.is_empty() {
             table.left_out.push(format!("{name} (nothing)"));
-            continue;
-        }
-        if !is_time && n_numbers * 2 <= n_filled || table.columns.len() == COLUMN_LIMIT {
+        } else if (!is_time && n_numbers * 2 <= cells.len()) || table.columns.len() == COLUMN_LIMIT
+        {
             table.left_out.push(format!("{name} (text)"));
-            continue;
+        } else {
+            let unit = cell_text(units, column);
+            let unit = unit.trim_matches(['[', ']', '(', ')']);
+            let mut values = vec![f64::NAN; samples.len()];
+            for (at, value) in cells {
+                let value = if is_time { time(value) } else { number(value) };
+                values[at] = value.unwrap_or(f64::NAN);
+            }
+            let unit = if is_time { "s" } else { unit };
+            table.columns.push(Column { name, unit: unit.to_owned(), values, ..Column::default() });
         }
-        let unit =
-            head.units.get(column).map_or("", |unit| unit.trim_matches(['[', ']', '(', ')']));
-        let value = |row: &Vec<&[u8]>| {
-            let cell = cell(row, column);
-            time(cell).filter(|_| is_time).or_else(|| number(cell)).unwrap_or(f64::NAN)
-        };
-        table.columns.push(Column {
-            name,
-            unit: if is_time { "s" } else { unit }.to_owned(),
-            values: rows.iter().map(value).collect(),
-            ..Column::default()
-        });
     }
     Ok((!table.columns.is_empty()).then_some(table))
 }
