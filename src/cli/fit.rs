@@ -7,13 +7,15 @@ use std::sync::Arc;
 use clap::Args;
 use serde::Serialize;
 
-use super::error::JobError;
-use super::exports::{check_determined, check_endings, check_formats, export, exported_help};
-use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, keep_limits, note_history};
-use super::run::{Run, Work, examples};
-use super::traces::TraceArgs;
-use super::values::named_file;
+use super::{
+    error::JobError,
+    exports::{check_determined, check_endings, check_formats, export, exported_help},
+    inputs::Files,
+    recordings::{FitArgs, FitInputs, keep_limits, note_history},
+    run::{Run, Work, examples},
+    traces::TraceArgs,
+    values::named_file,
+};
 use crate::{
     calibration::{Calibration, EpochReport, FactoryScores, Quality, Regressor},
     export::{Outline, Together},

@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::error::{JobError, usage};
-use super::inputs::Files;
-use super::recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history};
-use super::run::{Run, Work, examples};
-use super::values::{file_in, named_file};
+use super::{
+    error::{JobError, usage},
+    inputs::Files,
+    recordings::{FitArgs, FitInputs, MeasuringArgs, keep_limits, note_history},
+    run::{Run, Work, examples},
+    values::{file_in, named_file},
+};
 use crate::{
     export::Together,
     questions::{

@@ -272,8 +272,12 @@ fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
         out,
         "{recordings} recordings, {n_train} training and {n_test} test samples; {f_ths} F_th by {t_ths} t_th"
     )?;
+    let mut measures = map.scale.measures();
+    measures.retain(|measure| {
+        matches!(measure, Measure::Forces | Measure::Moments) || *measure == sweep.by
+    });
     for along in [Along::F, Along::T] {
-        for measure in printed_measures(sweep) {
+        for &measure in &measures {
             write!(out, "\n{}", curves(sweep, measure, along).text())?;
         }
     }
@@ -284,15 +288,6 @@ fn print_sweep(sweep: &Sweep<'_>, out: &mut impl Write) -> io::Result<()> {
     writeln!(out, "The paper's rule: {}", sweep.mean_hysteresis.in_words(width))?;
     writeln!(out, "At these thresholds, {}", sweep.past_ages)?;
     sweep.picks.iter().try_for_each(|pick| print_pick(sweep.measure_unit, pick, out))
-}
-
-/// Returns the kinds of errors to print: those of forces and moments, and the one that `--measure` names.
-fn printed_measures(sweep: &Sweep<'_>) -> Vec<Measure> {
-    let mut measures: Vec<Measure> = sweep.map.scale.measures();
-    measures.retain(|measure| {
-        matches!(measure, Measure::Forces | Measure::Moments) || *measure == sweep.by
-    });
-    measures
 }
 
 /// Returns the table of errors against one threshold (F_th or t_th). The other threshold has its suggested value.

@@ -10,7 +10,6 @@
 
 pub(crate) mod applied;
 pub(crate) mod fit;
-pub(crate) mod history;
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,7 +33,7 @@ use crate::{
     panicked::locked,
     progress::{Cancelled, Progress},
     questions::{
-        dataset::{applied::Applied, history::CoarseHistory},
+        dataset::{applied::Applied, fit::CoarseHistory},
         error::AnalysisError,
     },
     recording::{

@@ -7,7 +7,7 @@ use crate::{
     export::file_sizes,
     progress::Progress,
     questions::{
-        dataset::history::CoarseHistory,
+        dataset::fit::CoarseHistory,
         error::AnalysisError,
         question::{Answered, Query, Work},
         request::Request,

@@ -21,7 +21,6 @@ mod dwell_rows;
 mod figures;
 mod loop_rows;
 mod measured;
-pub(crate) mod shown;
 mod table;
 
 pub(crate) use dwell_rows::{Dwell, dwells};
@@ -32,9 +31,9 @@ pub(crate) use figures::{MetrologyError, Quantity, Reason};
 pub(crate) use loop_rows::Cycles;
 pub(crate) use measured::check_numbers;
 pub use measured::{Lags, lags_of};
-pub use shown::crosstalk;
-pub(crate) use shown::{axis_figures, figure_records, overview};
+pub use table::crosstalk;
 pub use table::table_by;
+pub(crate) use table::{axis_figures, figure_records, overview};
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -21,8 +21,7 @@ use crate::{
     questions::{
         error::AnalysisError,
         models::{
-            folds::NestedFolds,
-            recipes::{self, Candidates, Effort, Recipe, Side},
+            recipes::{self, Candidates, Effort, NestedFolds, Recipe, Side},
             table::{Mark, Model, ModelRow, model_table, weights},
         },
     },

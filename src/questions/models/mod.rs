@@ -2,7 +2,6 @@
 
 pub mod asked;
 pub(crate) mod best;
-mod folds;
 pub(crate) mod recipes;
 pub(crate) mod table;
 pub(crate) mod training;

@@ -49,10 +49,16 @@ impl LagKind {
     /// A delayed signal is interpolated by cubic polynomials through four samples. The low-pass treats the signal as a
     /// straight line between two samples. Before its first sample, a signal counts as constant.
     pub fn late(self, times: &[f64], values: &[f64], seconds: f64) -> Vec<f64> {
-        let mut late = Vec::with_capacity(values.len());
-        let used = vec![true; times.len()];
-        add_late_rows(self, seconds, (times, &used), (values, 1), &mut late);
-        late
+        match self {
+            _ if seconds == 0.0 => values.to_vec(),
+            Self::Delay => {
+                delay(times, seconds).map(|weights| interpolated(&weights, values)).collect()
+            }
+            Self::FirstOrder => {
+                let weights = low_pass(times[0], times, seconds);
+                filtered(&mut (values[0], values[0]), weights, values)
+            }
+        }
     }
 }
 
@@ -106,6 +112,13 @@ pub fn add_late_rows(
                 }
             }
         }
+    }
+}
+
+fn interpolated((first, weights): &(usize, [f64; 4]), values: &[f64]) -> f64 {
+    match values.get(*first..first + 4) {
+        Some([a, b, c, d]) => weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d,
+        _ => dot(weights, &values[*first..]),
     }
 }
 

@@ -19,7 +19,6 @@
 
 mod cycle;
 mod outline;
-mod raster;
 mod turns;
 
 use crate::{min_max::MinMax, scoring::loops::turns::Counted};
