@@ -123,7 +123,12 @@ fn a_table_of_weights_has_figures_of_readings_in_the_same_direction() {
     let (load, counts): (Vec<f64>, Vec<f64>) = rows.into_iter().unzip();
     let one = One::new(load.clone(), counts.iter().map(|counts| counts / 20.0).collect());
     let run = Run { gauges: &counts, is_static: true, is_table: true, ..one.run() };
-    let table = table_of(&[run], &[Axis::Fz], &[10.0]);
+    // The steps between readings of a table are no noise.
+    let extents = [LoadExtent { noise: 0.0, ..LoadExtent::of([&load[..]]) }];
+    let settings = &MetrologySettings::default();
+    let rules = Rules { axes: &[Axis::Fz], full_scale: &[10.0], settings, extents: &extents };
+    let lags = lags_of(&[run], rules.axes, &Progress::default()).unwrap();
+    let table = table_by(&[run], &rules, lags).unwrap();
     let found = |quantity| fz(&table, quantity).conventional.clone().unwrap();
     // In newtons: rising and falling readings at 4 N differ by c counts, which is most in the second cycle. At 4 N, those on
     // the way down span 2 to 6 counts, and those on the way up 1 to 3. The zero changes most in the second cycle, from 1 to 3.
@@ -452,7 +457,7 @@ fn a_written_figure_is_a_number_or_null_with_a_reason() {
     let load = held();
     let json = serde_json::to_value(One::new(load.clone(), load).table(10.0)).unwrap();
     let rows = json["rows"].as_array().unwrap();
-    assert_eq!(rows.len(), 21);
+    assert_eq!(rows.len(), 22);
     for row in rows {
         assert!(
             row["id"].is_string() && row["definition"].is_string() && row["source"].is_string()
