@@ -395,7 +395,7 @@ impl Id {
             ),
             Self::NoTimes => (
                 "times",
-                "features with memory need loads that change in time and are not used, and cross-validation leaves out all rows of one load case together",
+                "features with memory need loads that change in time and are not used",
                 &[],
             ),
             Self::Undetermined => (

@@ -18,7 +18,7 @@ use crate::{
         error::{ReadError, TableError},
         timeline,
     },
-    recording::{self, Axis, Recording, Source, units::TimeUnit},
+    recording::{self, Axis, MOST_READINGS, Recording, Source, units::TimeUnit},
 };
 
 /// Maximum number of recordings in a file. With more recordings, the column that was chosen as time cannot hold times.
@@ -122,8 +122,6 @@ pub fn note_held_reference(plan: &Plan, rows: &mut Rows) {
     }
 }
 
-/// Maximum number of rows of a table that is read as load cases. A longer table is probably a log.
-const LOAD_CASE_ROWS: usize = 2000;
 /// Minimum mean number of rows from one turn of the load to the next, for the order of the rows to mean something.
 const ROWS_TO_A_TURN: usize = 4;
 
@@ -133,7 +131,7 @@ pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadErr
     let rows = &table.rows;
     if !table.plan.axes.is_empty()
         && !table.plan.gauges.names.is_empty()
-        && rows.times.len() <= LOAD_CASE_ROWS
+        && rows.times.len() <= MOST_READINGS
         && !has_order(rows, &table.plan.axes)
     {
         return Ok(load_cases(table));

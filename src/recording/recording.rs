@@ -24,6 +24,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
+/// Maximum number of rows of a table of readings without times. A longer table is probably a log.
+pub(crate) const MOST_READINGS: usize = 2000;
+
 /// Origin of a recording's samples.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Source {
@@ -306,6 +309,11 @@ impl Recording {
     /// Returns true if all samples were taken under one load, and have no order. The recording then has no loops either.
     pub fn is_load_case(&self) -> bool {
         self.order == Order::Case
+    }
+
+    /// Returns true if the samples are readings of a table without times. A longer recording without times is a log.
+    pub fn is_table(&self) -> bool {
+        self.is_static() && self.n_samples() <= MOST_READINGS
     }
 
     /// Returns what a calibration needs and this recording does not have.

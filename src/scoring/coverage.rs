@@ -6,7 +6,7 @@ use crate::{
     column::column,
     features::{Column, MAX_COLUMNS},
     min_max::MinMax,
-    recording::{Axis, Entry, Recording, Role, load_ranges},
+    recording::{Axis, Entry, Recording, Role, SAME_LOAD_SHARE, load_ranges},
     scoring::loops::extents_of,
 };
 
@@ -124,10 +124,12 @@ impl LoadCases {
     /// Returns the number of changes to a different load, where each recording's first load counts, and the different loads.
     fn of(recordings: &[&Recording], axes: &[Axis], ranges: &[MinMax]) -> (usize, Self) {
         let extents = extents_of(recordings.iter().copied(), axes);
+        let are_tables = recordings.iter().all(|recording| recording.is_table());
+        let least = if are_tables { SAME_LOAD_SHARE } else { OTHER_LOAD };
         let tolerances = ranges.iter().zip(&extents).map(|(range, extent)| {
             let span = range.span();
             let by_noise = (NOISE_OF_LOAD * extent.noise).min(OTHER_LOAD_AT_MOST * span);
-            if span > 0.0 { by_noise.max(OTHER_LOAD * span) } else { f64::INFINITY }
+            if span > 0.0 { by_noise.max(least * span) } else { f64::INFINITY }
         });
         let mut cases = Self { tolerances: tolerances.collect(), ..Self::default() };
         let mut n_moves = 0;

@@ -39,6 +39,12 @@ impl Line {
         points.map(|point| self.deviation(point).abs()).fold(0.0, f64::max)
     }
 
+    /// Returns the correlation coefficient of the points to which this least-squares line was fitted; NaN if all are level.
+    pub fn correlation(&self, points: &[(f64, f64)]) -> f64 {
+        let explained = self.slope * self.slope * self.spread;
+        self.slope.signum() * (explained / (explained + self.squares(points))).sqrt()
+    }
+
     /// Returns the sum of the squared deviations.
     pub fn squares(&self, points: &[(f64, f64)]) -> f64 {
         points.iter().map(|point| self.deviation(point).powi(2)).sum()

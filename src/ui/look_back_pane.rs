@@ -73,7 +73,10 @@ fn rule(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     let top = 1.15 * reaches.max(thresholds.f_th).max(f64::MIN_POSITIVE);
     // If the recording began less than the time threshold t_th ago, the plot begins at the recording's first sample.
     let since_start = traces.times[k] - traces.times[segment.samples.start];
-    let longest = since_start.min(thresholds.t_th_secs).max(f64::MIN_POSITIVE);
+    let longest = since_start.min(thresholds.t_th_secs);
+    if longest <= 0.0 {
+        return; // the first sample has no past
+    }
     let at = |age: f64, d: f64| {
         let across = egui::lerp(plot.right()..=plot.left(), (age / longest) as f32);
         egui::pos2(across, egui::lerp(plot.bottom()..=plot.top(), (d / top) as f32))

@@ -413,6 +413,11 @@ fn cross_plot(
             ui.weak(
                 "Each recording has its own clock, so the times of different recordings overlap.",
             );
+        } else if let Some([slope, correlation]) = picture.trend {
+            let units = [question.up, question.across].map(|of| channel_unit(of, engine));
+            let [slope, correlation] = [slope, correlation].map(|value| significant(value, 4));
+            ui.label(format!("Slope {slope} {}/{}", units[0], units[1]));
+            ui.label(format!("Correlation {correlation}"));
         }
     });
 }

@@ -13,7 +13,7 @@ STEPS = 101
 FULL = 0.8
 FEWEST, MOST = 3, 0.5
 ALIKE = 0.05
-QUIET, QUIET_PATH, WIDEST = 0.02, 0.05, 12
+QUIET, QUIET_PATH, WIDEST, SURE = 0.02, 0.05, 12, 3.0
 
 
 def reversal_threshold(recordings):
@@ -118,20 +118,25 @@ def widths(cycle, loads, output):
     return falling.at(loads, output) - rising.at(loads, output)
 
 
-def quiet(values, share=QUIET):
+def quiet(values, share=QUIET, sure=SURE):
     """Returns the values, smoothed by straight lines through neighbours, and the noise that is left at the ends. The number of neighbours is
-    the smallest that reduces twice the noise to this share of the largest value."""
+    the smallest that reduces twice the noise to this share of the largest value. At each value, the longest line is used whose interval of
+    `sure` standard deviations intersects those of all shorter lines."""
     bends = np.sort(np.abs(np.diff(values, 2)))
     noise = bends[len(bends) // 2] / 0.6745 / np.sqrt(6.0)
+    smooth, low, high = np.array(values), np.full(len(values), -np.inf), np.full(len(values), np.inf)
     for half in range(WIDEST + 1):
-        own = []
         for k in range(len(values)):
             near = np.arange(max(k - half, 0), min(k + half + 1, len(values)))
-            slope, offset = np.polyfit(near - k, values[near], 1) if half else (0.0, values[k])
-            own.append(offset)
-        if 2.0 * noise / np.sqrt(2 * half + 1) <= share * np.abs(own).max():
+            x = near - near.mean()
+            weights = 1.0 / len(near) + x * (k - near.mean()) / (x @ x or 1.0)
+            value, margin = weights @ values[near], sure * noise * np.sqrt(weights @ weights)
+            low[k], high[k] = max(low[k], value - margin), min(high[k], value + margin)
+            if low[k] <= high[k]:
+                smooth[k] = value
+        if 2.0 * noise / np.sqrt(2 * half + 1) <= share * np.abs(smooth).max():
             break
-    return np.array(own), noise * np.sqrt(4.0 / (half + 4.0))
+    return smooth, noise * np.sqrt(4.0 / (half + 4.0))
 
 
 def above_noise(size, noise):
@@ -151,7 +156,7 @@ def path(branches, output):
     loads, (low, high) = shared(branches, output), common(branches)
     mean = np.mean([branch.at(loads, output) for branch in branches], axis=0)
     line = np.polyval(np.polyfit(loads, mean, 1), loads)
-    off, noise = quiet(mean - line, QUIET_PATH)
+    off, noise = quiet(mean - line, QUIET_PATH, np.inf)
     points = np.column_stack([loads, line + off])
     carry = lambda load, p, q: [load, p[1] + (q[1] - p[1]) * (load - p[0]) / (q[0] - p[0])]
     ends = carry(low, points[0], points[1]), carry(high, points[-1], points[-2])
@@ -258,7 +263,7 @@ def figures(recordings, outputs, others, full_scales):
                     for way in ways
                 ]
                 if not any(differ):
-                    smooth = [[quiet(own, QUIET_PATH) for own in apart(way, outputs[output])] for way in ways]
+                    smooth = [[quiet(own, QUIET_PATH, np.inf) for own in apart(way, outputs[output])] for way in ways]
                     sizes = [(np.ptp([own for own, _ in way], axis=0).max(), max(left for _, left in way)) for way in smooth]
                     size, left = max(sizes)
                     here = above_noise(size, 2.0 * left)

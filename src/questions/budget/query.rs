@@ -93,8 +93,8 @@ pub fn error_budget(
     };
     let budget = |of_model, scores: &Scores| -> Result<Budget, AnalysisError> {
         let budget = measured.budget(&pools, of_model, progress)?;
-        // Segments of recordings are not the parts of the fit's cross-validation.
-        let are_same = data.folds.are_whole && !budget.are_segments;
+        // The error is that of the fit's cross-validation if both leave out whole recordings, or both parts of them.
+        let are_same = data.folds.are_whole != budget.are_segments;
         let squares = scores.cv_rmse.as_ref().filter(|_| are_same).map(|rmse| {
             let errors = rmse.iter().zip(full_scale);
             errors.map(|(error, full)| (error / full).powi(2)).collect::<Vec<f64>>()

@@ -34,21 +34,14 @@ pub struct ChannelFigures {
     pub mean: f64,
     pub peak_to_peak: f64,
     /// Root mean square about the straight line through the samples; `None` for fewer than three samples.
-    pub rms: Option<f64>,
+    pub deviation: Option<f64>,
     /// Standard deviation of the white noise from sample to sample; `None` for fewer than three samples.
     pub white_noise: Option<f64>,
     /// Slope of the straight line, for each second or row; `None` for fewer than two times.
     pub slope: Option<Estimate>,
-    /// Mean at the end minus mean at the start.
-    pub change: Option<Change>,
-}
-
-/// Change of a channel from the start to the end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Change {
-    pub by: Estimate,
-    /// True if start and end have the same load, so that the change is a drift.
-    pub at_equal_load: bool,
+    /// Mean of the last samples with the load of the first samples, minus the mean of the first samples; `None` if the load is
+    /// not known, or does not return in the second half.
+    pub zero_return: Option<Estimate>,
 }
 
 /// Values of a channel and their times.
@@ -78,11 +71,11 @@ impl ChannelFigures {
             n_samples,
             mean,
             peak_to_peak: range.span(),
-            rms: (line.filter(|_| is_enough))
+            deviation: (line.filter(|_| is_enough))
                 .map(|line| (line.squares(&points) / (n_samples - 2) as f64).sqrt()),
             white_noise: is_enough.then(|| white_noise(&values)),
             slope: slope(&times, &values),
-            change: change(&values, &kept, signal.loads),
+            zero_return: zero_return(&values, &kept, signal.loads),
         })
     }
 }
@@ -108,19 +101,15 @@ fn slope(times: &[f64], values: &[f64]) -> Option<Estimate> {
     Some(Estimate { value: line.slope, uncertainty })
 }
 
-/// Returns the difference of the means at the end and at the start. If the load at the start occurs again in the second half,
-/// the last samples with this load are the end. `kept` are the indices of the values in `loads`.
-fn change(values: &[f64], kept: &[usize], loads: &[Vec<f64>]) -> Option<Change> {
+/// Returns the mean of the last samples in the second half that have the load of the first samples, minus the mean of the first
+/// samples. `kept` are the indices of the values in `loads`.
+fn zero_return(values: &[f64], kept: &[usize], loads: &[Vec<f64>]) -> Option<Estimate> {
     let n = values.len();
-    if n < 2 {
-        return None;
-    }
     let width = ((END_SHARE * n as f64) as usize).max(1);
-    let first: Vec<usize> = (0..width).collect();
     let limits: Vec<(f64, f64)> = loads
         .iter()
         .map(|load| {
-            let start = first.iter().map(|k| load[kept[*k]]).sum::<f64>() / width as f64;
+            let start = kept[..width].iter().map(|k| load[*k]).sum::<f64>() / width as f64;
             (start, EQUAL_SHARE * load.iter().collect::<MinMax>().span())
         })
         .collect();
@@ -128,20 +117,17 @@ fn change(values: &[f64], kept: &[usize], loads: &[Vec<f64>]) -> Option<Change> 
         let mut all = loads.iter().zip(&limits);
         all.all(|(load, (start, limit))| (load[kept[*k]] - start).abs() <= *limit)
     };
-    let mut last: Vec<usize> = (n / 2..n).rev().filter(is_equal).take(width).collect();
-    let at_equal_load = !loads.is_empty() && first.iter().all(is_equal) && !last.is_empty();
-    if !at_equal_load {
-        last = (n - width..n).collect();
+    let mut last: Vec<f64> =
+        (n / 2..n).rev().filter(is_equal).take(width).map(|k| values[k]).collect();
+    if n < 2 || loads.is_empty() || last.is_empty() || !(0..width).all(|k| is_equal(&k)) {
+        return None;
     }
-    last.sort_unstable();
-    let [start, end] = [first, last].map(|samples| {
-        let values: Vec<f64> = samples.into_iter().map(|k| values[k]).collect();
-        Mean::of(&values)
-    });
+    last.reverse();
+    let [start, end] = [Mean::of(&values[..width]), Mean::of(&last)];
     let freedom = start.freedom.min(end.freedom);
     let uncertainty = (freedom > 0.0)
         .then(|| t_beyond(freedom, BEYOND) * start.standard_error.hypot(end.standard_error));
-    Some(Change { by: Estimate { value: end.mean - start.mean, uncertainty }, at_equal_load })
+    Some(Estimate { value: end.mean - start.mean, uncertainty })
 }
 
 struct Mean {
@@ -181,20 +167,20 @@ mod tests {
         let found = figures(&values, &[]);
         let slope = found.slope.unwrap();
         assert!((slope.value + 0.5).abs() < 1e-12 && slope.uncertainty.unwrap() < 1e-9);
-        assert!(found.rms.unwrap() < 1e-9 && found.white_noise.unwrap() < 1e-9);
+        assert!(found.deviation.unwrap() < 1e-9 && found.white_noise.unwrap() < 1e-9);
         assert!((found.peak_to_peak - 49.75).abs() < 1e-12);
-        let change = found.change.unwrap();
-        assert!((change.by.value + 0.25 * 190.0).abs() < 1e-9 && !change.at_equal_load);
+        assert_eq!(found.zero_return, None);
     }
 
     #[test]
     fn few_samples_have_the_figures_that_they_determine() {
         let one = figures(&[3.0], &[]);
-        assert_eq!((one.mean, one.peak_to_peak, one.rms), (3.0, 0.0, None));
-        assert_eq!((one.slope, one.change), (None, None));
+        assert_eq!((one.mean, one.peak_to_peak, one.deviation), (3.0, 0.0, None));
+        assert_eq!((one.slope, one.zero_return), (None, None));
         let two = figures(&[3.0, 4.0], &[]);
         assert_eq!(two.slope, Some(Estimate { value: 2.0, uncertainty: None }));
-        assert_eq!(two.change.unwrap().by, Estimate { value: 1.0, uncertainty: None });
+        let held = figures(&[3.0, 4.0], &[vec![0.0; 2]]);
+        assert_eq!(held.zero_return, Some(Estimate { value: 1.0, uncertainty: None }));
         let gaps = figures(&[f64::NAN, 3.0, f64::INFINITY, 4.0], &[]);
         assert_eq!((gaps.n_samples, gaps.mean), (2, 3.5));
         let none = Signal { times: &[0.0], values: &[f64::NAN], loads: &[] };
@@ -203,7 +189,7 @@ mod tests {
 
     /// The load rises and falls. The channel follows the load, and has drifted by 3 when the load is zero again.
     #[test]
-    fn the_change_is_taken_at_equal_loads() {
+    fn the_zero_return_is_taken_at_equal_loads() {
         let load: Vec<f64> =
             (0..200).map(|k| f64::from(if k < 20 { 0 } else { k.min(180 - k / 2) })).collect();
         let back: Vec<f64> = load.iter().rev().copied().collect();
@@ -211,10 +197,10 @@ mod tests {
         let n = there_and_back.len();
         let values: Vec<f64> =
             (0..n).map(|k| 5.0 * there_and_back[k] + if k > n / 2 { 3.0 } else { 0.0 }).collect();
-        let change = figures(&values, std::slice::from_ref(&there_and_back)).change.unwrap();
-        assert!(change.at_equal_load && (change.by.value - 3.0).abs() < 1e-9, "{change:?}");
+        let found = figures(&values, std::slice::from_ref(&there_and_back)).zero_return.unwrap();
+        assert!((found.value - 3.0).abs() < 1e-9, "{found:?}");
         let rising: Vec<f64> = (0..200).map(f64::from).collect();
-        assert!(!figures(&rising, std::slice::from_ref(&rising)).change.unwrap().at_equal_load);
+        assert_eq!(figures(&rising, std::slice::from_ref(&rising)).zero_return, None);
     }
 
     /// Of the 95 % intervals of signals without drift, 90 % or more contain zero, also where neighbouring samples are alike.
@@ -231,11 +217,11 @@ mod tests {
                         state
                     })
                     .collect();
-                let found = figures(&values, &[]);
+                let found = figures(&values, &[vec![0.0; 8000]]);
                 let holds =
                     |found: Estimate| usize::from(found.value.abs() <= found.uncertainty.unwrap());
                 slopes += holds(found.slope.unwrap());
-                changes += holds(found.change.unwrap().by);
+                changes += holds(found.zero_return.unwrap());
             }
             for share in [slopes, changes].map(|count| count as f64 / n as f64) {
                 assert!((0.9..0.995).contains(&share), "{memory}: {share}");

@@ -15,7 +15,10 @@ use crate::{
     },
     recording::{Channel, Recording, RecordingSet},
     same::same_where,
-    scoring::loops::{Frame, Loop, Loops, default_reversal_threshold},
+    scoring::{
+        loops::{Frame, Loop, Loops, default_reversal_threshold},
+        straight_lines::Line,
+    },
 };
 
 /// Maximum reversal threshold, as a share of the range of the horizontal channel. The noise of a table with few rows is not
@@ -55,8 +58,15 @@ pub struct ChannelPlot {
     pub(super) figures: Option<ChannelFigures>,
     /// Spectrum; `None` if there are too few samples.
     pub(super) spectrum: Option<Spectrum>,
-    /// Loop of the cycle with the widest range; `None` over time, and if the horizontal channel never turns back.
+    /// Loop of the cycle with the widest range; of cycles with equal ranges, the widest loop. `None` over time, and if the
+    /// horizontal channel never turns back.
     pub(super) widest_loop: Option<Loop>,
+    /// Unit of the horizontal channel.
+    pub(super) unit_across: String,
+    /// Slope of the least-squares line over the horizontal channel, and the correlation; `None` over time.
+    pub(super) trend: Option<[f64; 2]>,
+    /// True if the samples are rows of a table with loads.
+    pub(super) is_table_of_loads: bool,
 }
 
 impl ChannelQuestion {
@@ -86,10 +96,15 @@ impl ChannelQuestion {
             let threshold = default_reversal_threshold([&across[..]]);
             let loops = Loops::of([&across[..]], threshold.min(LARGEST_SHARE * range.span()));
             progress.check()?;
-            widest_loop = loops.largest().map(|cycle| Loop::of(&cycle, &across, |k| up[k]));
+            let all = loops.largest_cycles();
+            let shapes = all.iter().map(|cycle| Loop::of(cycle, &across, |k| up[k]));
+            widest_loop = shapes.max_by(|a, b| a.largest_width().total_cmp(&b.largest_width()));
             branches = loops.branches().to_vec();
         }
-        widest_loop = widest_loop.filter(|widest| widest.largest_width().is_finite());
+        let points: Vec<(f64, f64)> = (across.iter().copied().zip(up.iter().copied()))
+            .filter(|(across, up)| across.is_finite() && up.is_finite())
+            .collect();
+        let line = Line::best_fit(&points).filter(|_| !is_over_time);
         let finite = |values: &[f64]| values.iter().filter(|value| value.is_finite()).collect();
         let whole = frame_around(finite(&across), finite(&up));
         let canvas = (self.frame.unwrap_or(whole), self.pixels);
@@ -124,6 +139,9 @@ impl ChannelQuestion {
             drawn,
             spectrum,
             widest_loop,
+            unit_across: self.across.unit(&recording).to_owned(),
+            trend: line.map(|line| [line.slope, line.correlation(&points)]),
+            is_table_of_loads: recording.is_table() && recording.has_reference(),
         })
     }
 }

@@ -50,76 +50,93 @@ impl ChannelPlot {
         })
     }
 
-    /// Returns the figures of the channel: mean, noise, drift, and the width of its loop.
+    /// Returns the figures of the channel: mean, noise, drift, and its slope and loop over the other channel. Rows of a table of
+    /// loads are no clock, so they have no noise and no drift.
     pub fn table(&self) -> Table {
         let Some(figures) = &self.figures else {
             return Table::default();
         };
         let [unit, of_time] = &self.units;
-        let rate = format!("{unit}/{of_time}");
-        let few = "too few samples";
-        let number = |value: f64| Some(Cell::digits(Some(value), 4));
-        let known = |value: Option<f64>| Cell::known(value.and_then(number), few);
-        let estimate = |estimate: Option<Estimate>| {
-            let cell = estimate.map(|Estimate { value, uncertainty }| {
-                let within = uncertainty.map(|half| format!(" ± {}", significant(half, 2)));
-                Cell::number(value, significant(value, 4) + &within.unwrap_or_default())
-            });
-            Cell::known(cell, few)
-        };
-        let change = figures.change;
-        let at_equal_load = change.is_some_and(|change| change.at_equal_load);
-        let [change_name, change_about] = if at_equal_load {
-            [
-                "Zero return",
-                "Mean at the last samples that have the load of the first samples, minus the mean of the first samples, with its 95 % interval",
-            ]
-        } else {
-            [
-                "Start to end",
-                "Mean of the last twentieth of the samples minus that of the first twentieth, with its 95 % interval. The load at start and end is not known to be equal",
-            ]
-        };
-        let mut rows = vec![
-            ("Mean", known(Some(figures.mean)), unit, "Mean of the samples"),
-            (
-                "Noise (RMS)",
-                known(figures.rms),
-                unit,
-                "Root mean square about the straight line through the samples",
-            ),
-            (
-                "White noise",
-                known(figures.white_noise),
-                unit,
-                "Standard deviation of the noise from sample to sample",
-            ),
+        let per = |other: &str| format!("{unit}/{other}");
+        let sure = |value: f64| Some(Estimate { value, uncertainty: None });
+        let in_time = !self.is_table_of_loads;
+        let rows = [
+            ("Mean", sure(figures.mean), unit.clone(), "Mean of the samples"),
             (
                 "Peak to peak",
-                known(Some(figures.peak_to_peak)),
-                unit,
+                sure(figures.peak_to_peak),
+                unit.clone(),
                 "Largest minus smallest value",
             ),
             (
-                "Drift",
-                estimate(figures.slope),
-                &rate,
-                "Slope of the straight line through the samples, with its 95 % interval",
+                "Standard deviation",
+                figures.deviation.filter(|_| in_time).and_then(sure),
+                unit.clone(),
+                "Root mean square about the straight line through the samples over time. It contains the motion of the load",
             ),
-            (change_name, estimate(change.map(|change| change.by)), unit, change_about),
+            (
+                "White noise",
+                figures.white_noise.filter(|_| in_time).and_then(sure),
+                unit.clone(),
+                "Standard deviation of the noise from sample to sample",
+            ),
+            (
+                "Drift",
+                figures.slope.filter(|_| in_time),
+                per(of_time),
+                "Slope of the straight line through the samples over time, with its 95 % interval; none if the interval contains zero",
+            ),
+            (
+                "Zero return",
+                figures.zero_return.filter(|_| in_time),
+                unit.clone(),
+                "Mean at the last samples that have the load of the first samples, minus the mean of the first samples, with its 95 % interval; none if the interval contains zero",
+            ),
+            (
+                "Slope",
+                self.trend.and_then(|[slope, _]| sure(slope)),
+                per(&self.unit_across),
+                "Slope of the least-squares line over the horizontal channel",
+            ),
+            (
+                "Correlation",
+                self.trend.and_then(|[_, correlation]| sure(correlation)),
+                String::new(),
+                "Correlation coefficient with the horizontal channel",
+            ),
+            (
+                "Loop width",
+                self.widest_loop.as_ref().and_then(|widest| sure(widest.largest_width())),
+                unit.clone(),
+                "Largest width of the loop over the widest range; of loops over equal ranges, the widest",
+            ),
+            (
+                "Mean width",
+                self.widest_loop.as_ref().and_then(|widest| sure(widest.mean_width())),
+                unit.clone(),
+                "Mean width of the same loop",
+            ),
         ];
-        if let Some(widest) = &self.widest_loop {
-            let widths = [
-                ("Loop width", widest.largest_width(), "Largest width of the widest loop"),
-                ("Mean width", widest.mean_width(), "Mean width of the widest loop"),
-            ];
-            rows.extend(widths.map(|(name, width, about)| (name, known(Some(width)), unit, about)));
-        }
         let n_samples = figures.n_samples;
+        let rows = rows.into_iter().filter_map(|(name, found, unit, about)| {
+            Some((name, found.filter(|found| found.value.is_finite())?, unit, about))
+        });
         Table::of(rows)
             .column(Column::words("figure"), |(name, _, _, about)| Cell::words(*name).about(*about))
-            .column(Column::numbers("value"), |(_, cell, ..)| cell.clone())
-            .words("unit", |(_, _, unit, _)| unit.as_str())
+            .column(Column::numbers("value"), |(_, found, ..)| found.cell())
+            .words("unit", |(_, _, unit, _)| unit.clone())
             .table("", format!("{n_samples} samples"))
+    }
+}
+
+impl Estimate {
+    /// Returns the value with its interval; "none" if the interval contains zero.
+    fn cell(&self) -> Cell {
+        let Self { value, uncertainty } = *self;
+        match uncertainty.map(|half| (half, significant(half, 2))) {
+            Some((half, words)) if value.abs() <= half => Cell::words(format!("none ± {words}")),
+            Some((_, words)) => Cell::number(value, format!("{} ± {words}", significant(value, 4))),
+            None => Cell::digits(Some(value), 4),
+        }
     }
 }

@@ -59,7 +59,7 @@ pub fn findings_of_fit(data: &Dataset, calibration: &Calibration, fitted: bool) 
         found.push(Finding::new(Id::NoTest, Enough, "no recording has the role test"));
     }
     if fitted {
-        found.extend(without_times(data));
+        found.extend(without_times(data, data.coverage(&calibration.axes)));
         found.extend(calibration.undetermined().map(|undetermined| undetermined.finding()));
         found.extend(auxiliary_unused(data, calibration));
     }
@@ -89,7 +89,7 @@ pub fn findings_of_fit(data: &Dataset, calibration: &Calibration, fitted: bool) 
     found
 }
 
-fn without_times(data: &Dataset) -> Option<Finding> {
+fn without_times(data: &Dataset, coverage: &Coverage) -> Option<Finding> {
     let training = in_role(&data.entries, Role::Train);
     let seen = if training.iter().any(|recording| recording.is_static()) {
         "the training recordings have no times"
@@ -98,10 +98,14 @@ fn without_times(data: &Dataset) -> Option<Finding> {
     } else {
         return None;
     };
-    let n_cases = data.training_groups().len();
+    let n_cases = if training.iter().all(|recording| recording.is_table()) {
+        coverage.cases.len()
+    } else {
+        data.training_groups().len()
+    };
     let n_rows: usize = training.iter().map(|recording| recording.n_samples()).sum();
     let found = Finding::new(Id::NoTimes, Enough, seen);
-    Some(found.with(format!("{n_cases} load cases in {n_rows} rows")))
+    Some(found.with(format!("{} in {n_rows} rows", counted(n_cases, "load case"))))
 }
 
 /// Returns the finding that the state of a play operator is unknown in too many samples of a group of recordings. The

@@ -12,7 +12,7 @@ use crate::{
         metrology::{Dwell, MetrologySettings, Reason, check_numbers, dwells},
     },
     report::Trace,
-    scoring::{Series, holds::Drift, loops::Frame},
+    scoring::{Series, holds::Drift, loops::Frame, straight_lines::Line},
 };
 
 /// A cross-plot, ready to be drawn.
@@ -22,6 +22,8 @@ pub struct CrossPlot {
     pub question: CrossQuestion,
     /// Number of plotted samples.
     pub n_samples: usize,
+    /// Slope of the least-squares line through all points, and their correlation; `None` if all points lie above each other.
+    pub trend: Option<[f64; 2]>,
     /// Visible range that shows all points.
     pub whole: Frame,
     /// Curves, one or more for each recording.
@@ -39,7 +41,11 @@ pub fn cross_plot(
     let whole = frame_around(across.iter().flatten().collect(), up.iter().flatten().collect());
     let none = vec![Vec::new(); parts.len()];
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
+    let points = across.iter().flatten().copied().zip(up.iter().flatten().copied());
+    let points: Vec<(f64, f64)> = points.collect();
+    let line = Line::best_fit(&points);
     Ok(CrossPlot {
+        trend: line.map(|line| [line.slope, line.correlation(&points)]),
         question: question.clone(),
         n_samples: across.iter().map(Vec::len).sum(),
         drawn: drawn(&across, &up, &none, canvas, progress)?,

@@ -4,7 +4,7 @@
 //! Crosstalk is the reading of an unloaded axis while another axis is loaded alone. Neither noise nor an offset of the axis
 //! counts as crosstalk.
 
-use std::ops::Range;
+use std::{collections::BTreeMap, ops::Range};
 
 use rayon::prelude::*;
 
@@ -14,7 +14,6 @@ use crate::{
         figures::{
             Figure, Found, MetrologyError, OUTPUTS, Place, Quantity, Reason, Rules, Run, Value,
         },
-        loop_rows::FEWEST_LOADS,
         measured::{AxisRun, AxisView, Columns, Measured},
     },
     recording::{Axis, load_cases, median::white_noise},
@@ -26,7 +25,31 @@ use crate::{
     },
 };
 
+/// Minimum number of different loads on a branch, for a line that shows nonlinearity.
+pub const FEWEST_LOADS: usize = 3;
+
 type Dwelling<'a> = (&'a AxisRun<'a>, &'a Hold);
+
+/// Returns the slope of the readings over the load, if there is one gauge and one axis.
+pub fn sensitivity(view: &AxisView<'_>) -> Figure {
+    let (axis, runs) = (view.axis, &view.runs);
+    let is_single = |run: &AxisRun<'_>| run.columns.run.gauges.len() == run.loads.len();
+    if view.measured.axes.len() > 1 || !runs.iter().all(is_single) {
+        return Err(Reason::ManyGauges { axis });
+    }
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    for run in runs {
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+        let (load, reading) = (mean(run.loads), mean(run.columns.run.gauges));
+        let pairs = run.loads.iter().zip(run.columns.run.gauges);
+        points.extend(pairs.map(|(x, y)| (x - load, y - reading)));
+    }
+    let line = Line::best_fit(&points).ok_or(Reason::NotLinear { axis })?;
+    let freedom = points.len() as f64 - 1.0 - runs.len() as f64;
+    let variance = line.squares(&points) / freedom;
+    let uncertainty = (freedom > 0.0).then(|| (variance / line.spread).sqrt());
+    Ok(Value { uncertainty, ..Value::everywhere(line.slope) })
+}
 
 pub fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figure)> {
     let drift = |(run, hold): Dwelling<'_>| {
@@ -51,7 +74,7 @@ pub fn dwell_figures(view: &AxisView<'_>, output: usize) -> Vec<(Quantity, Figur
 
 /// Returns the zero return: the largest change of an output between two neighbouring dwells at zero load, if the axis was
 /// loaded between them.
-fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
+pub fn zero_return(view: &AxisView<'_>, output: usize) -> Figure {
     let least = view.loaded_from()?;
     check_zero(view)?;
     let secs = view.measured.settings.hold_secs;
@@ -195,61 +218,87 @@ pub fn case_figures(view: &AxisView<'_>, output: usize) -> [(Quantity, Figure); 
 
 /// Returns the nonlinearity: the largest deviation of a load case's mean output from the best-fit straight line.
 fn nonlinearity(view: &AxisView<'_>, output: usize) -> Figure {
-    let cases = cases(view);
-    let mean = |rows: &[usize], values: &[f64]| {
-        rows.iter().map(|row| values[*row]).sum::<f64>() / rows.len() as f64
+    let cases = cases(view, output);
+    let mean = |rows: &[(f64, f64)], of: fn(&(f64, f64)) -> f64| {
+        rows.iter().map(of).sum::<f64>() / rows.len() as f64
     };
-    let run = &view.runs[0];
-    let points: Vec<(f64, f64)> = cases
-        .iter()
-        .map(|rows| (mean(rows, run.loads), mean(rows, &run.outputs[output])))
-        .collect();
+    let points: Vec<(f64, f64)> =
+        cases.iter().map(|rows| (mean(rows, |row| row.0), mean(rows, |row| row.1))).collect();
     let mut loads: Vec<f64> = points.iter().map(|(load, _)| *load).collect();
     loads.sort_by(f64::total_cmp);
     loads.dedup();
     let few = Reason::TooFewLoads { axis: view.axis, found: loads.len() };
     let line = Line::best_fit(&points).filter(|_| loads.len() >= FEWEST_LOADS).ok_or(few)?;
-    // Noise of a mean, from the repeated rows; without repeated rows it is unknown.
-    let (mut squares, mut freedom) = (0.0, 0.0);
-    for (rows, (_, mean)) in cases.iter().zip(&points) {
-        let off = rows.iter().map(|row| run.outputs[output][*row] - mean);
-        squares += off.map(|off| off * off).sum::<f64>();
-        freedom += rows.len() as f64 - 1.0;
-    }
-    let rows_per_case = run.loads.len() as f64 / cases.len() as f64;
-    let noise = if freedom > 0.0 { (squares / freedom / rows_per_case).sqrt() } else { 0.0 };
+    let n_rows: usize = cases.iter().map(Vec::len).sum();
+    let noise = reading_noise(&cases) / (n_rows as f64 / cases.len() as f64).sqrt();
     view.above_noise(line.largest_deviation(points.iter()), noise, None)
 }
 
-/// Returns the largest difference between the errors of repeated measurements of one load case.
-fn repeatability(view: &AxisView<'_>, output: usize) -> Figure {
-    let run = &view.runs[0];
-    let error = |row: &usize| run.outputs[output][*row] - run.loads[*row];
-    let spread = |rows: Vec<usize>| {
-        (rows.len() > 1).then(|| rows.iter().map(error).collect::<MinMax>().span())
-    };
-    let spreads = cases(view).into_iter().filter_map(spread);
-    let largest = spreads.reduce(f64::max);
-    let largest = largest.ok_or(Reason::NoRepeats { axis: view.axis })?;
-    Ok(Value::everywhere(largest))
+/// Returns the standard deviation of repeated readings of a load case; 0 without repeated readings, because it is unknown.
+fn reading_noise(cases: &[Vec<(f64, f64)>]) -> f64 {
+    let (mut squares, mut freedom) = (0.0, 0.0);
+    for rows in cases {
+        let mean = rows.iter().map(|(_, output)| output).sum::<f64>() / rows.len() as f64;
+        squares += rows.iter().map(|(_, output)| (output - mean).powi(2)).sum::<f64>();
+        freedom += rows.len() as f64 - 1.0;
+    }
+    if freedom > 0.0 { (squares / freedom).sqrt() } else { 0.0 }
 }
 
-/// Groups the rows by load case. Rows of one load case have the same reference on every axis.
-fn cases(view: &AxisView<'_>) -> Vec<Vec<usize>> {
-    let measured = view.measured;
-    let columns = &measured.runs[0].loads;
-    let known = || columns.iter().filter_map(Option::as_deref);
-    let axes = columns.iter().zip(measured.axes).filter(|(loads, _)| loads.is_some());
-    let axes: Vec<_> = axes.map(|(_, axis)| *axis).collect();
-    let n_rows = known().next().map_or(0, <[f64]>::len);
-    let loads: Vec<f64> =
-        (0..n_rows).flat_map(|row| known().map(move |column| column[row])).collect();
-    let of = load_cases(&loads, &axes);
-    let mut rows = vec![Vec::new(); of.iter().max().map_or(0, |last| last + 1)];
-    for (row, case) in of.into_iter().enumerate() {
-        rows[case].push(row);
+/// Returns the standard deviation of one reading of tables, in which a load may be reached in two directions; `None` of other
+/// recordings.
+pub fn table_noise(view: &AxisView<'_>) -> Option<[f64; OUTPUTS]> {
+    let are_tables = view.runs.iter().all(|run| run.columns.run.is_table);
+    are_tables.then(|| std::array::from_fn(|output| reading_noise(&cases(view, output))))
+}
+
+/// Returns the largest difference between the errors of repeated readings of one load case.
+pub fn repeatability(view: &AxisView<'_>, output: usize) -> Figure {
+    let spread = |rows: Vec<(f64, f64)>| {
+        let errors = rows.iter().map(|(load, output)| output - load);
+        (rows.len() > 1).then(|| errors.collect::<MinMax>().span())
+    };
+    let largest = cases(view, output).into_iter().filter_map(spread).reduce(f64::max);
+    largest.map(Value::everywhere).ok_or(Reason::NoRepeats { axis: view.axis })
+}
+
+/// Returns the loads and outputs `(load, output)` of the readings, grouped by load case. Readings of one load case have the same
+/// reference on every axis, and if their order is known, the load was reached in the same direction.
+fn cases(view: &AxisView<'_>, output: usize) -> Vec<Vec<(f64, f64)>> {
+    let known = |run: &AxisRun<'_>| -> Vec<bool> {
+        run.columns.loads.iter().map(Option::is_some).collect()
+    };
+    let of_first = known(&view.runs[0]);
+    let axes = view.measured.axes.iter().zip(&of_first).filter(|(_, known)| **known);
+    let axes: Vec<Axis> = axes.map(|(axis, _)| *axis).collect();
+    let runs: Vec<_> = view.runs.iter().filter(|run| known(run) == of_first).collect();
+    let (mut loads, mut readings) = (Vec::new(), Vec::new());
+    for run in runs {
+        let ways = ways(run.loads, run.columns.run.is_load_case);
+        for (row, way) in ways.into_iter().enumerate() {
+            loads.extend(run.columns.loads.iter().flatten().map(|column| column[row]));
+            readings.push((way, (run.loads[row], run.outputs[output][row])));
+        }
     }
-    rows
+    let mut found: BTreeMap<(usize, bool), Vec<(f64, f64)>> = BTreeMap::new();
+    for (case, (way, reading)) in load_cases(&loads, &axes).into_iter().zip(readings) {
+        found.entry((case, way)).or_default().push(reading);
+    }
+    found.into_values().collect()
+}
+
+/// Returns true for each row whose load was reached from below. The first load counts as reached from below, if a higher load
+/// follows. Rows without an order have one direction.
+fn ways(loads: &[f64], have_no_order: bool) -> Vec<bool> {
+    let next = loads.iter().find(|load| **load != loads[0]);
+    let mut rising = next.is_none_or(|next| *next > loads[0]);
+    let way = |row: usize| {
+        if row > 0 && loads[row] != loads[row - 1] {
+            rising = loads[row] > loads[row - 1];
+        }
+        rising || have_no_order
+    };
+    (0..loads.len()).map(way).collect()
 }
 
 /// Share of the samples whose absolute error must not exceed the figure "95 % error".

@@ -45,8 +45,12 @@ pub struct Run<'a> {
     pub compensated: &'a [f64],
     /// Auxiliary channels, such as a temperature.
     pub auxiliary: Option<&'a AuxiliaryTable>,
-    /// True if the samples are load cases without times.
+    /// True if the samples have no times.
     pub is_static: bool,
+    /// True if the samples are load cases without an order, so that they have no branches.
+    pub is_load_case: bool,
+    /// True if the samples are readings of a table without times.
+    pub is_table: bool,
 }
 
 impl<'a> Run<'a> {
@@ -62,11 +66,10 @@ impl<'a> Run<'a> {
             compensated: &applied.compensated,
             auxiliary: Some(recording.auxiliary()),
             is_static: recording.is_static(),
+            is_load_case: recording.is_load_case(),
+            is_table: recording.is_table(),
         }
     }
-}
-
-impl<'a> Run<'a> {
     /// Returns the uncompensated and the compensated loads, row-major.
     pub(crate) fn outputs(&self) -> [&'a [f64]; OUTPUTS] {
         [self.conventional, self.compensated]
@@ -119,7 +122,7 @@ pub struct Place {
 pub struct Value {
     /// Value of the figure, in the unit of its table cell.
     pub value: f64,
-    /// Value in % of full scale; `None` for times, and for an axis without a full scale.
+    /// Value in % of full scale; `None` for times and sensitivities, and for an axis without a full scale.
     pub percent_fs: Option<f64>,
     /// Interval of a recording that the figure comes from; `None` for a figure of all samples.
     pub place: Option<Place>,
@@ -201,14 +204,17 @@ pub struct Metrology {
 }
 
 impl Metrology {
-    /// Returns the rows that tables show: those with a figure of at least one axis, or with one below noise. If no row has a
+    /// Returns the rows that tables show: those with a figure of at least one axis, or with one below its noise. If no row has a
     /// figure, all rows are returned, so that the tables show the reasons. Files contain all rows, with the reasons.
     pub(crate) fn shown_rows(&self) -> impl Iterator<Item = &Row> {
         let has_figure = |row: &Row| {
             row.cells.iter().any(|cell| {
-                [&cell.conventional, &cell.compensated]
-                    .into_iter()
-                    .any(|figure| matches!(figure, Ok(_) | Err(Reason::BelowNoise { .. })))
+                [&cell.conventional, &cell.compensated].into_iter().any(|figure| {
+                    matches!(
+                        figure,
+                        Ok(_) | Err(Reason::BelowNoise { .. } | Reason::NoLagFound { .. })
+                    )
+                })
             })
         };
         let is_empty = !self.rows.iter().any(has_figure);
@@ -389,7 +395,7 @@ pub enum Reason {
     )]
     ConstantLoad { axis: Axis, low: f64, high: f64, reversal_threshold: f64 },
     #[error(
-        "the recordings are load cases without times, so {axis} has no loop and no creep; record a motion, with its times in a column t"
+        "the recordings have no times, so this figure of {axis} is not known; record a motion, with its times in a column t"
     )]
     NoTimes { axis: Axis },
     #[error("no load case of {axis} was measured twice, so the repeatability is unknown")]
@@ -447,6 +453,10 @@ pub enum Reason {
         "no recording dwells at zero after {axis} is at {} % of full scale or above", short(100.0 * .share)
     )]
     NoRecovery { axis: Axis, share: f64 },
+    #[error("{axis} has one of several gauges or axes, so it has no single sensitivity")]
+    ManyGauges { axis: Axis },
+    #[error("the time lag of {axis} is zero within its uncertainty of ± {} s", significant(*.uncertainty_secs, 2))]
+    NoLagFound { axis: Axis, uncertainty_secs: f64 },
     #[error("the time lag of {axis} is unknown: {reason}")]
     NoLag { axis: Axis, reason: NoLag },
     #[error("the time lag explains only {:.0} % of the mean loop width of {axis}", 100.0 * .share)]
@@ -478,13 +488,19 @@ pub enum Reason {
 }
 
 impl Reason {
-    /// Returns the reason in one or two words, for a narrow table cell.
-    pub fn word(&self) -> Cow<'static, str> {
+    /// Returns the reason in one or two words, for a narrow table cell. A limit is in % of full scale, or in the unit of the
+    /// axis.
+    pub fn word(&self, in_percent: bool) -> Cow<'static, str> {
         Cow::Borrowed(match self {
-            Self::BelowNoise { percent: Some(percent), .. } => {
-                return format!("below noise ({} % FS)", significant(*percent, 2)).into();
+            Self::BelowNoise { axis, limit, percent } => {
+                let (limit, unit) = match percent.filter(|_| in_percent) {
+                    Some(percent) => (percent, "% FS"),
+                    None => (*limit, axis.unit()),
+                };
+                return format!("below noise ({} {unit})", significant(limit, 2)).into();
             }
-            Self::BelowNoise { .. } => "below noise",
+            Self::ManyGauges { .. } => "many gauges",
+            Self::NoLagFound { .. } => "none",
             Self::NoTemperature { .. } => "no °C",
             Self::NoReference { .. } => "no ref.",
             Self::ConstantLoad { .. } => "constant",
@@ -536,6 +552,7 @@ pub enum Quantity {
     BestFitNonlinearity,
     CombinedError,
     Repeatability,
+    Sensitivity,
     ZeroReturn,
     TimeLag,
     HysteresisWithoutLag,
@@ -592,9 +609,9 @@ impl Quantity {
         }
     }
 
-    /// Returns true if the figures of the quantity are times in seconds, not loads.
-    pub fn is_time(self) -> bool {
-        matches!(self, Self::CreepTime | Self::TimeLag)
+    /// Returns true if the figures of the quantity are loads, and not times in seconds or sensitivities.
+    pub fn is_load(self) -> bool {
+        !matches!(self, Self::CreepTime | Self::TimeLag | Self::Sensitivity)
     }
 
     /// Returns the unit of the figures for this axis.
@@ -602,8 +619,10 @@ impl Quantity {
         match self {
             Self::LoopArea if axis.is_force() => "N²",
             Self::LoopArea => "(N·m)²",
-            _ if self.is_time() => "s",
-            _ => axis.unit(),
+            Self::Sensitivity if axis.is_force() => "reading/N",
+            Self::Sensitivity => "reading/(N·m)",
+            _ if self.is_load() => axis.unit(),
+            _ => "s",
         }
     }
 
@@ -628,13 +647,13 @@ const STATISTICS: &str = "statistics; no standard defines this figure";
 
 /// All quantities in the order of the metrology table, each with the five texts of its [`Definition`]. Crosstalk is listed
 /// for Fx only.
-const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
+const QUANTITIES: [(Quantity, [&str; 5]); 22] = [
     (
         Quantity::Hysteresis,
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| of the output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads. Branches are averaged over hundredths of the range, without the smaller cycles in them, and compared at 101 loads. The difference is averaged over up to 12 neighbours on each side, until its noise is at most a fiftieth of the largest difference",
+            "largest |falling − rising| of the output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; of cycles of a table with equal ranges, the widest. Branches are averaged over hundredths of the range, without the smaller cycles in them, and compared at 101 loads. The difference is averaged over up to 12 neighbours on each side, until its noise is at most a fiftieth of the largest difference, but not where averaging changes it by more than the noise can",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum), in percent of full scale as in VDI/VDE 2638",
             ONE_AXIS_AT_REST,
         ],
@@ -694,9 +713,19 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "repeatability",
             "Repeatability",
-            "largest difference at equal load between branches of the same direction in successive, repeated cycles, without its noise. Repeated cycles turn at the same loads within 5 % of the largest cycle's range, with the loads of other axes equal within 5 % of full scale",
+            "largest difference at equal load between branches of the same direction in successive, repeated cycles, without its noise. Repeated cycles turn at the same loads within 5 % of the largest cycle's range, with the loads of other axes equal within 5 % of full scale. In a table without times: largest difference between readings at the same load that was reached in the same direction",
             "load-cell makers' glossaries: same load, same direction, same conditions",
             "the conditions, such as the speed, may differ between the cycles",
+        ],
+    ),
+    (
+        Quantity::Sensitivity,
+        [
+            "sensitivity",
+            "Sensitivity",
+            "slope of the least-squares line of the gauge's readings over the load, with an offset for each recording, in the unit of the readings; for one gauge and one axis. Its uncertainty is the standard error of the slope, for independent readings",
+            "statistics; makers state the slope between no load and rated load",
+            "",
         ],
     ),
     (
@@ -704,7 +733,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "time_lag",
             "Time lag",
-            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever fits better, by least squares on the delayed reference of all axes, its play operators, squares and cubes, and slow creep. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time scale of the load",
+            "delay of the output behind the reference, or time constant of a first-order low-pass, whichever fits better, by least squares on the delayed reference of all axes, its play operators, squares and cubes, and slow creep. A lag within two standard errors is none. Assumptions: one lag for all loads; hysteresis that does not depend on the rate; creep slower than three times the time scale of the load",
             "system identification; no standard defines a time lag of the sensor",
             "the load must move at rates that differ by a factor of about two: at one rate, lag and hysteresis look alike",
         ],
@@ -724,7 +753,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 21] = [
         [
             "zero_return",
             "Zero return",
-            "mean of output − load in the first seconds at zero after a load, minus that in the last seconds at zero before it; the largest change, with its sign. Both intervals are as long as the shortest dwell",
+            "mean of output − load in the first seconds at zero after a load, minus that in the last seconds at zero before it; the largest change, with its sign. Both intervals are as long as the shortest dwell; in a table without times, they are one reading",
             "OIML R 60-1, 2.1.5 (output at minimum load after a load, minus the output before)",
             "the standard applies the load for 30 min",
         ],
@@ -865,7 +894,7 @@ mod quantity_tests {
     #[test]
     fn every_row_has_its_own_id_and_a_definition() {
         let all = Quantity::all(&Axis::ALL);
-        assert_eq!(all.len(), 26);
+        assert_eq!(all.len(), 27);
         let definitions = all.iter().map(|quantity| quantity.definition());
         let ids: HashSet<String> = definitions
             .inspect(|row| assert!(!row.definition.is_empty() && !row.source.is_empty()))

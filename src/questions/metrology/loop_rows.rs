@@ -4,7 +4,8 @@
 use crate::{
     min_max::MinMax,
     questions::metrology::{
-        figures::{Basis, Figure, Found, Place, Quantity, Reason, Value},
+        dwell_rows::{FEWEST_LOADS, repeatability, table_noise},
+        figures::{Basis, Figure, Found, OUTPUTS, Place, Quantity, Reason, Value},
         measured::{AxisRun, AxisView, Lags},
     },
     recording::Axis,
@@ -18,8 +19,6 @@ use crate::{
     },
 };
 
-/// Minimum number of different loads on a branch, for a line that shows nonlinearity.
-pub const FEWEST_LOADS: usize = 3;
 /// Largest difference at which cycles count as repeated: between their reversals, as a share of the largest cycle's span, and
 /// between the loads of another axis, as a share of its full scale.
 const ALIKE: f64 = 0.05;
@@ -31,12 +30,25 @@ const FEWEST_REPEATS: usize = 4;
 pub struct LoopRows<'a> {
     view: &'a AxisView<'a>,
     cycles: Cycles,
+    /// Standard deviation of one reading of each output; `None` if the recordings are no tables of readings.
+    table_noise: Option<[f64; OUTPUTS]>,
 }
 
 impl<'a> LoopRows<'a> {
     pub fn of(view: &'a AxisView<'a>) -> Self {
         let loads = view.runs.iter().map(|run| run.loads);
-        Self { view, cycles: Cycles::of(view.axis, loads, view.reversal_threshold) }
+        let mut cycles = Cycles::of(view.axis, loads, view.reversal_threshold);
+        let table_noise = table_noise(view);
+        let width = |cycle: &Cycle| {
+            let run = &view.runs[cycle.recording];
+            Loop::of(cycle, run.loads, |k| run.outputs[0][k]).largest_width()
+        };
+        // Loads that are set by hand make cycles with equal ranges.
+        let equal = if table_noise.is_some() { cycles.loops.largest_cycles() } else { Vec::new() };
+        if let Some(widest) = equal.into_iter().max_by(|a, b| width(a).total_cmp(&width(b))) {
+            cycles.largest = Ok(widest);
+        }
+        Self { view, cycles, table_noise }
     }
 
     pub fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
@@ -52,7 +64,13 @@ impl<'a> LoopRows<'a> {
             (Quantity::TerminalNonlinearity, terminal),
             (Quantity::BestFitNonlinearity, best_fit),
             (Quantity::CombinedError, self.combined_error(output)),
-            (Quantity::Repeatability, self.repeatability(output)),
+            (
+                Quantity::Repeatability,
+                match self.table_noise {
+                    Some(_) => repeatability(self.view, output),
+                    None => self.repeatability(output),
+                },
+            ),
         ]
     }
 
@@ -71,7 +89,10 @@ impl<'a> LoopRows<'a> {
     fn curve(&self, run: &AxisRun<'_>, branch: &Branch, output: usize) -> (Curve, Option<f64>) {
         let outputs = &run.outputs[output];
         match readings(self.view, run, branch, outputs) {
-            Some((readings, noise)) => (Curve::through(readings), Some(noise)),
+            Some((readings, noise)) => {
+                let noise = self.table_noise.map_or(noise, |noise| noise[output]);
+                (Curve::through(readings), Some(noise))
+            }
             None => (Curve::of(branch, run.loads, |k| outputs[k]), None),
         }
     }
@@ -125,7 +146,7 @@ impl<'a> LoopRows<'a> {
             return Ok(Path { points, n_carried: 0, noise, common });
         }
         let off: Vec<f64> = points.iter().map(|point| line.deviation(point)).collect();
-        let (off, noise) = quiet(&off, NOISE);
+        let (off, noise) = quiet(&off, NOISE, f64::INFINITY);
         let smooth = points.iter().zip(off).map(|((load, _), off)| (*load, line.at(*load) + off));
         let mut points: Vec<(f64, f64)> = smooth.collect();
         // The averages of the outermost hundredths are carried on to the ends of the branches.
@@ -295,7 +316,8 @@ fn spread(ways: &[Vec<&Branch>; 2], curve: impl Fn(&Branch) -> (Curve, Option<f6
             .map(|(curve, noise)| {
                 let off: Vec<f64> =
                     shared_loads(&curves).map(|load| curve.at(load) - mean(load)).collect();
-                noise.map_or_else(|| quiet(&off, NOISE), |noise| (off.clone(), noise))
+                noise
+                    .map_or_else(|| quiet(&off, NOISE, f64::INFINITY), |noise| (off.clone(), noise))
             })
             .collect();
         let n_loads = off[0].0.len();
@@ -404,10 +426,12 @@ pub fn lag_figures(
             return (rows(none.clone(), none), None);
         }
     };
-    let found = Ok(Value::everywhere(lag.seconds));
     if !lag.is_significant() {
-        return (rows(found, Err(Reason::LagExplainsLittle { axis, share: 0.0 })), Some(0.0));
+        let none = Reason::NoLagFound { axis, uncertainty_secs: 2.0 * lag.standard_error_secs };
+        return (rows(Err(none), Err(Reason::LagExplainsLittle { axis, share: 0.0 })), Some(0.0));
     }
+    let uncertainty = Some(lag.standard_error_secs);
+    let found = Ok(Value { uncertainty, ..Value::everywhere(lag.seconds) });
     let runs = view.measured.lag_runs(output);
     let Some(widths) = widths(lag, place, &runs, view.reversal_threshold) else {
         return (rows(found, Err(Reason::NoCycle { axis })), None);

@@ -84,7 +84,8 @@ pub struct Measured<'a> {
     pub settings: &'a MetrologySettings,
     pub runs: Vec<Columns<'a>>,
     pub reversal_thresholds: Vec<f64>,
-    /// Dwells of each recording, in which the loads of all axes with a reference are still.
+    /// Dwells of each recording, in which the loads of all axes with a reference are still. In a table without times, each
+    /// reading is a dwell.
     pub holds: Vec<Vec<Hold>>,
     /// Dwells of any duration of each recording, such as the steps of a staircase.
     pub steps: Vec<Vec<Hold>>,
@@ -107,6 +108,11 @@ impl<'a> Measured<'a> {
                 let known = loads.iter().zip(&still);
                 let (loads, bands): (Vec<&[f64]>, Vec<f64>) =
                     known.filter_map(|(loads, band)| Some((loads.as_deref()?, *band))).unzip();
+                if run.is_table && !loads.is_empty() {
+                    let level = |row| loads.iter().map(|loads| loads[row]).collect();
+                    let reading = |row| Hold { samples: row..row + 1, level: level(row) };
+                    return (0..run.times.len()).map(reading).collect();
+                }
                 if loads.is_empty() || run.is_static {
                     return Vec::new();
                 }

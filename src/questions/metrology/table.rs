@@ -11,7 +11,7 @@ use crate::{
         self,
         dwell_rows::{
             Response, case_figures, crosstalk_figures, dwell_figures, error_figures, noise_figures,
-            responses, temperature_figures,
+            responses, sensitivity, temperature_figures, zero_return,
         },
         figures::{
             Basis, Figure, Found, Metrology, MetrologyError, OUTPUTS, Quantity, Reason, Row, Rules,
@@ -45,13 +45,12 @@ pub fn table_by(
     rules: &Rules<'_>,
     lags: Lags,
 ) -> Result<Metrology, MetrologyError> {
-    // A single table whose rows have an order is measured as it is. Load cases have no order, and are joined.
-    let cases = joined_cases(runs).filter(|_| runs.len() > 1);
+    let cases = joined_cases(runs);
     let measured = match &cases {
         None => Measured::of(runs, rules)?,
-        Some((reference_axes, [times, reference, conventional, compensated])) => {
+        Some((reference_axes, [times, gauges, reference, conventional, compensated])) => {
             let name = "all load cases";
-            let (gauges, is_static, auxiliary) = (&[][..], true, None);
+            let (is_static, is_load_case, is_table, auxiliary) = (true, true, true, None);
             let all = Run {
                 name,
                 times,
@@ -62,6 +61,8 @@ pub fn table_by(
                 compensated,
                 auxiliary,
                 is_static,
+                is_load_case,
+                is_table,
             };
             Measured::of(&[all], rules)?
         }
@@ -69,8 +70,7 @@ pub fn table_by(
     let (axes, full_scale) = (rules.axes, rules.full_scale);
     let responses = responses(&measured);
     let n_samples = runs.iter().map(|run| run.times.len()).sum();
-    let is_joined = cases.is_some();
-    let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis, is_joined);
+    let of_axis = |axis| AxisFigures::of(&measured, &responses, &lags, axis);
     // With many samples, the columns of several axes would fill the memory, so the axes are measured one after another.
     let by_axis: Vec<AxisFigures> = if n_samples > MANY_SAMPLES {
         (0..axes.len()).map(of_axis).collect()
@@ -122,7 +122,6 @@ impl AxisFigures {
         responses: &[Found<Response>],
         lags: &Lags,
         axis: usize,
-        is_joined: bool,
     ) -> Self {
         let view = match measured.axis(axis) {
             Ok(view) => view,
@@ -130,18 +129,31 @@ impl AxisFigures {
         };
         let common = |output| {
             let crosstalk = crosstalk_figures(measured, responses, axis, output);
-            crosstalk.into_iter().chain(error_figures(&view, output))
+            let errors = error_figures(&view, output);
+            let sensitivity = (Quantity::Sensitivity, sensitivity(&view));
+            crosstalk.into_iter().chain(errors).chain([sensitivity])
         };
         if measured.runs.iter().any(|columns| columns.run.is_static) {
-            // The branches of a single table show its hysteresis.
-            let loops = (!is_joined).then(|| LoopRows::of(&view));
+            let have_order = measured.runs.iter().all(|columns| !columns.run.is_load_case);
+            let loops = have_order.then(|| LoopRows::of(&view));
+            // A place in a recording is an interval of time.
+            let of_rows = |(quantity, figure): (Quantity, Figure)| {
+                (quantity, figure.map(|found| Value { place: None, ..found }))
+            };
             let figures = |output| {
-                let of_loops = loops.iter().flat_map(|loops| loops.figures(output));
-                of_loops.chain(common(output)).chain(case_figures(&view, output)).collect()
+                let of_order = match &loops {
+                    Some(loops) => {
+                        let zero_return = (Quantity::ZeroReturn, zero_return(&view, output));
+                        loops.figures(output).into_iter().chain([zero_return]).collect()
+                    }
+                    None => case_figures(&view, output).to_vec(),
+                };
+                common(output).chain(of_order).map(of_rows).collect()
             };
             return Self {
                 outputs: std::array::from_fn(figures),
                 missing: Some(Reason::NoTimes { axis: view.axis }),
+                cycle_share: loops.as_ref().and_then(LoopRows::share_of_range),
                 ..Self::default()
             };
         }
@@ -172,15 +184,15 @@ impl AxisFigures {
     }
 }
 
-/// Joined columns of several recordings: times, reference, uncompensated and compensated load.
-type Joined = [Vec<f64>; 4];
+/// Joined columns of several recordings: times, gauges, reference, uncompensated and compensated load.
+type Joined = [Vec<f64>; 5];
 
 /// Joins the load cases of all recordings into one table, because load cases have no order in time. Also returns the axes of
-/// the reference load. Returns `None` if the samples are no load cases but have times.
+/// the reference load. Returns `None` if the samples have an order.
 fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
-    let is_static = runs.iter().any(|run| run.is_static);
+    let are_cases = runs.iter().any(|run| run.is_load_case);
     let first = runs.iter().find(|run| !run.reference_axes.is_empty())?;
-    let axes = is_static.then_some(first.reference_axes)?;
+    let axes = are_cases.then_some(first.reference_axes)?;
     let joined = |values: fn(&Run<'a>) -> &'a [f64]| -> Vec<f64> {
         let joined_runs = runs.iter().filter(|run| run.reference_axes == axes);
         joined_runs.flat_map(values).copied().collect()
@@ -188,6 +200,7 @@ fn joined_cases<'a>(runs: &[Run<'a>]) -> Option<(&'a [Axis], Joined)> {
     let n_rows = joined(|run| run.times).len();
     let columns = [
         (0..n_rows).map(|row| row as f64).collect(),
+        joined(|run| run.gauges),
         joined(|run| run.reference),
         joined(|run| run.conventional),
         joined(|run| run.compensated),
@@ -201,7 +214,7 @@ fn finished(figure: Figure, quantity: Quantity, axis: Axis, full_scale: f64) -> 
     let found = figure?;
     let value = found.value;
     let whole = if quantity == Quantity::LoopArea { full_scale * full_scale } else { full_scale };
-    let percent_fs = (!quantity.is_time() && whole > 0.0).then(|| 100.0 * value / whole);
+    let percent_fs = (quantity.is_load() && whole > 0.0).then(|| 100.0 * value / whole);
     if !value.is_finite() || percent_fs.is_some_and(|percent| !percent.is_finite()) {
         return Err(Reason::Overflow { axis });
     }
@@ -277,14 +290,20 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
     let shown_rows = metrology.shown_rows().filter(|row| row.quantity.crosstalk_from().is_none());
     let rows = Table::of(shown_rows.map(|row| (row, &row.cells[at])))
         .column(Column::words("Figure"), move |(row, cell)| {
-            if cell.unit != axis.unit() {
-                defined(row, format!("{} [{}]", row.definition.name, cell.unit))
-            } else {
-                defined(row, row.definition.name.clone())
-            }
+            let name = &row.definition.name;
+            defined(
+                row,
+                match row.quantity {
+                    Quantity::LoopArea if shown == Shown::PercentFs => format!("{name} [% FS²]"),
+                    _ if cell.unit == axis.unit() => name.clone(),
+                    _ => format!("{name} [{}]", cell.unit),
+                },
+            )
         })
         .instead(|(_, cell)| match (&cell.conventional, &cell.compensated) {
-            (Err(before), Err(after)) if before == after => Some(missing(before)),
+            (Err(before), Err(after)) if before == after => {
+                Some(missing(before, shown == Shown::PercentFs))
+            }
             _ => None,
         })
         .columns(
@@ -293,11 +312,11 @@ pub fn axis_figures(metrology: &Metrology, at: usize, shown: Shown) -> Table {
             |(_, cell), ((_, output), in_percent, _)| match output(cell) {
                 Ok(value) => figure_cell(cell, value, *in_percent, shown),
                 Err(_) if shown == Shown::All && *in_percent => Cell::continued(),
-                Err(reason) => missing(reason),
+                Err(reason) => missing(reason, *in_percent),
             },
         );
     let is_comparable = |row: &Row, before: &Value, after: &Value| {
-        !row.quantity.is_time() && before.value.is_sign_positive() == after.value.is_sign_positive()
+        row.quantity.is_load() && before.value.is_sign_positive() == after.value.is_sign_positive()
     };
     let rows = rows.column(Column::change(), |(row, cell)| {
         match (&cell.conventional, &cell.compensated) {
@@ -324,12 +343,12 @@ fn cycles(basis: &Basis) -> String {
 }
 
 fn figure_cell(cell: &metrology::Cell, value: &Value, in_percent: bool, shown: Shown) -> Cell {
-    let is_time = cell.unit == "s";
+    let is_load = !(cell.unit == "s" || cell.unit.starts_with("reading"));
     let shown = match value.percent_fs {
         _ if !in_percent => Cell::digits(Some(value.value), 4),
-        None if is_time && shown == Shown::PercentFs => Cell::digits(Some(value.value), 4),
-        None if is_time => Cell::none(),
-        None => missing(&Reason::NoFullScale { axis: cell.axis }),
+        None if !is_load && shown == Shown::PercentFs => Cell::digits(Some(value.value), 4),
+        None if !is_load => Cell::none(),
+        None => missing(&Reason::NoFullScale { axis: cell.axis }, in_percent),
         percent => Cell::digits(percent, 3),
     };
     match shown.value {
@@ -360,8 +379,8 @@ fn hover_text(cell: &metrology::Cell, value: &Value) -> String {
     about
 }
 
-fn missing(reason: &Reason) -> Cell {
-    Cell::missing(reason.word(), reason.to_string())
+fn missing(reason: &Reason, in_percent: bool) -> Cell {
+    Cell::missing(reason.word(in_percent), reason.to_string())
 }
 
 fn defined(row: &Row, name: String) -> Cell {
@@ -397,7 +416,7 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
         .column(Column::words("Axis loaded alone"), |(from, row, _)| {
             defined(row, format!("from {}", from.symbol()))
         })
-        .instead(|(.., output)| output.err().map(missing))
+        .instead(|(.., output)| output.err().map(|reason| missing(reason, true)))
         .column(Column::words("Output"), |(.., output)| match output {
             Ok((trace, _)) => Cell::words(trace.label()).about(trace.explanation()),
             Err(_) => Cell::none(),
@@ -411,9 +430,9 @@ pub fn crosstalk(metrology: &Metrology) -> Option<Table> {
                     Ok(value) => figure_cell(cell, value, true, Shown::PercentFs),
                     // An axis has no crosstalk onto itself, so this cell is text, not a missing number.
                     Err(reason @ Reason::LoadedAxis { .. }) => {
-                        Cell::words(reason.word()).about(reason.to_string())
+                        Cell::words(reason.word(true)).about(reason.to_string())
                     }
-                    Err(reason) => missing(reason),
+                    Err(reason) => missing(reason, true),
                 }
             },
         )
@@ -518,6 +537,8 @@ mod tests {
             compensated: &off(0.5),
             auxiliary: None,
             is_static: false,
+            is_load_case: false,
+            is_table: false,
         };
         table_of(&[run], &axes, &[10.0, 0.0])
     }

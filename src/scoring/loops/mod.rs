@@ -21,8 +21,6 @@ mod cycle;
 mod outline;
 mod turns;
 
-use std::cmp::Ordering;
-
 use crate::{min_max::MinMax, scoring::loops::turns::Counted};
 
 pub use cycle::Loop;
@@ -97,6 +95,11 @@ impl Loops {
 
     /// Returns the cycle whose branches share the widest range of loads. Of several equal cycles, it is the first.
     pub fn largest(&self) -> Option<Cycle> {
+        self.largest_cycles().into_iter().next()
+    }
+
+    /// Returns the cycles whose branches share the widest range of loads, in the order of recordings and time.
+    pub fn largest_cycles(&self) -> Vec<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
             residue.windows(2).map(move |pair| Cycle {
@@ -105,15 +108,12 @@ impl Loops {
                 second: pair[1].clone(),
             })
         });
-        let all = self.cycles.iter().cloned().chain(neighbours);
-        all.reduce(|largest, cycle| {
-            let order = cycle.span().total_cmp(&largest.span());
-            let place = |one: &Cycle| (one.recording, one.first.samples.start);
-            match order.then_with(|| place(&largest).cmp(&place(&cycle))) {
-                Ordering::Greater => cycle,
-                _ => largest,
-            }
-        })
+        let mut all: Vec<Cycle> = self.cycles.iter().cloned().chain(neighbours).collect();
+        let widest = all.iter().map(Cycle::span).fold(0.0, f64::max);
+        all.retain(|cycle| cycle.span() == widest);
+        all.sort_by_key(|cycle| (cycle.recording, cycle.first.samples.start));
+        all.dedup();
+        all
     }
 
     /// Returns the cycles that cover at least [`FULL_SHARE`] of the largest cycle's range.

@@ -171,7 +171,11 @@ pub fn extents_of<'a>(
         for (extent, axis) in extents.iter_mut().zip(axes) {
             if let Some(loads) = recording.load(*axis) {
                 let loads: Vec<f64> = loads.collect();
-                *extent = extent.with(LoadExtent::of([&loads[..]]));
+                let mut found = LoadExtent::of([&loads[..]]);
+                if recording.is_table() {
+                    found.noise = 0.0; // the steps between readings are no noise
+                }
+                *extent = extent.with(found);
             }
         }
     }

@@ -16,10 +16,10 @@ use crate::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
+    shown,
     ui::{
         choice::named_choice,
         controls::{Controls as _, named},
-        numbers::significant,
     },
 };
 
@@ -275,7 +275,7 @@ fn column_row(
     row.col(|ui| {
         let range = match (report.min, report.max) {
             (Some(min), Some(max)) => {
-                format!("{} … {}", significant(min, 4), significant(max, 4)).replace('-', "−")
+                format!("{} … {}", shown::number(min), shown::number(max)).replace('-', "−")
             }
             _ => report.content.name().to_owned(),
         };

@@ -235,7 +235,11 @@ fn header(ui: &mut Ui, shown: &Shown<'_>) {
         Group::Force => "forces",
         Group::Moment => "moments",
     };
-    place(ui, name, |ui| ui.weak(format!("Name; RMSE of the {what} [{unit}]")));
+    let head = match unit {
+        "" => "Name".to_owned(), // there is no load
+        unit => format!("Name; RMSE of the {what} [{unit}]"),
+    };
+    place(ui, name, |ui| ui.weak(head));
     place(ui, role, |ui| ui.weak("Role"));
     let traces = [(Trace::Conventional, "Uncomp."), (Trace::Compensated, "Comp.")];
     for ((trace, head), rect) in traces.into_iter().zip(errors) {
