@@ -62,7 +62,7 @@ const SINGLE_SHAPES: f64 = 0.1;
 ///
 /// A shape consists of the peak and the mean of each axis, the place of the peak, the length and the steepest change. Each is
 /// divided by its range over all presses. The groups are those of single linkage: the sorted distances of the minimum spanning
-/// tree are cut where the ratio of neighbours is largest.
+/// tree are cut where the ratio of neighbours is largest. No group may be wider than the least distance between groups.
 pub(crate) fn press_shapes(recordings: &[&Recording]) -> Option<Vec<usize>> {
     let n = recordings.len();
     let axes = recordings.first()?.axes();
@@ -94,8 +94,11 @@ pub(crate) fn press_shapes(recordings: &[&Recording]) -> Option<Vec<usize>> {
         let (kept, joined) = (groups[a].min(groups[b]), groups[a].max(groups[b]));
         groups.iter_mut().filter(|group| **group == joined).for_each(|group| *group = kept);
     }
+    // Single linkage also joins a chain of presses whose shape varies continuously.
+    let are_compact =
+        (0..n).all(|at| distance(&shapes[at], &shapes[groups[at]]) < edges[cut - 1].2);
     let n_single = (0..n).filter(|at| groups.iter().filter(|g| *g == &groups[*at]).count() == 1);
-    (n_single.count() as f64 <= SINGLE_SHAPES * n as f64).then_some(groups)
+    (are_compact && n_single.count() as f64 <= SINGLE_SHAPES * n as f64).then_some(groups)
 }
 
 fn shape_of(press: &Recording) -> Vec<f64> {
@@ -116,22 +119,22 @@ fn shape_of(press: &Recording) -> Vec<f64> {
     shape
 }
 
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+}
+
 /// Returns the edges of the minimum spanning tree of these points: two points and their distance (Prim's algorithm).
 fn spanning_tree(points: &[Vec<f64>]) -> Vec<(usize, usize, f64)> {
-    let distance = |a: usize, b: usize| {
-        let squares = points[a].iter().zip(&points[b]).map(|(a, b)| (a - b).powi(2));
-        squares.sum::<f64>().sqrt()
-    };
     // Distance from the tree, and the point of the tree that is nearest, of each point outside the tree.
     let mut outside: Vec<(usize, usize, f64)> =
-        (1..points.len()).map(|at| (0, at, distance(0, at))).collect();
+        (1..points.len()).map(|at| (0, at, distance(&points[0], &points[at]))).collect();
     let mut edges = Vec::with_capacity(outside.len());
     while let Some(next) = (0..outside.len()).min_by(|a, b| outside[*a].2.total_cmp(&outside[*b].2))
     {
         let edge = outside.swap_remove(next);
         edges.push(edge);
         for (nearest, at, least) in &mut outside {
-            let from_new = distance(edge.1, *at);
+            let from_new = distance(&points[edge.1], &points[*at]);
             if from_new < *least {
                 (*nearest, *least) = (edge.1, from_new);
             }
@@ -146,15 +149,10 @@ mod tests {
     use crate::recording::{Axis, Source};
 
     /// Returns presses of three axes with 8 to 30 samples: half-sines that begin anywhere within a sample.
-    fn presses(
-        n: usize,
-        mut share: impl FnMut() -> f64,
-        of: impl Fn(usize) -> usize,
-    ) -> Vec<Recording> {
-        let kinds: Vec<[f64; 5]> =
-            (0..n).map(|_| std::array::from_fn(|_| 0.2 + 0.8 * share())).collect();
+    fn presses(kinds: &[[f64; 5]]) -> Vec<Recording> {
+        let mut share = shares();
         let press = |at: usize| {
-            let [x, y, z, length, place] = kinds[of(at)];
+            let [x, y, z, length, place] = kinds[at % kinds.len()];
             let n = (30.0 * length) as usize + 2;
             let begin = share();
             let rise = |sample: usize| {
@@ -168,7 +166,7 @@ mod tests {
             let name = format!("press_{at}");
             Recording::new(name, Source::File("a".into()), times, vec![], vec![], axes, loads)
         };
-        (0..n).map(press).collect::<Result<_, _>>().unwrap()
+        (0..48).map(press).collect::<Result<_, _>>().unwrap()
     }
 
     fn shares() -> impl FnMut() -> f64 {
@@ -181,14 +179,22 @@ mod tests {
 
     #[test]
     fn presses_of_six_shapes_form_six_groups() {
-        let presses = presses(48, shares(), |at| at % 6);
+        let kind = |at: usize| {
+            let share = at as f64 / 5.0;
+            let mixed = (at * 7 % 6) as f64 / 5.0;
+            [share, 1.0 - share, 0.5, 0.3 + 0.6 * mixed, 0.3 + 0.4 * share]
+        };
+        let presses = presses(&std::array::from_fn::<_, 6, _>(kind));
         let groups = press_shapes(&presses.iter().collect::<Vec<_>>()).unwrap();
         assert_eq!(groups, (0..48).map(|at| at % 6).collect::<Vec<_>>());
     }
 
     #[test]
     fn presses_of_continuously_varying_shape_form_no_groups() {
-        let presses = presses(48, shares(), |at| at);
+        let mut share = shares();
+        let kinds: [[f64; 5]; 48] =
+            std::array::from_fn(|_| std::array::from_fn(|_| 0.2 + 0.7 * share()));
+        let presses = presses(&kinds);
         assert_eq!(press_shapes(&presses.iter().collect::<Vec<_>>()), None);
     }
 }
