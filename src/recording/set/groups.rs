@@ -18,6 +18,7 @@ use crate::{
     recording::{
         axis::Axis,
         load_cases::load_cases,
+        programme::{press_shapes, repeated_programmes},
         recording::Recording,
         set::{Entry, RecordingSet, Role},
         shared::join,
@@ -514,25 +515,18 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// Groups recordings that repeat the same course of the load. The group has the name of its first recording. Returns `None`
+/// Groups recordings that repeat the same course of the load, or short presses of the same shape. The group has the name of its first recording. Returns `None`
 /// if the training recordings run each load programme less than twice on average.
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
-    let mut programmes: Vec<&Recording> = Vec::new();
-    let mut programme_of = |at: usize| {
-        let recording = &*entries[at].recording;
-        let known = programmes.iter().position(|first| recording.repeats(first));
-        known.unwrap_or_else(|| {
-            programmes.push(recording);
-            programmes.len() - 1
-        })
+    let recordings: Vec<&Recording> = entries.iter().map(|entry| &*entry.recording).collect();
+    let are_repeated = |programmes: &Vec<usize>| {
+        let trained: BTreeSet<usize> = training.iter().map(|at| programmes[*at]).collect();
+        2 * trained.len() <= training.len()
     };
-    let trained: BTreeSet<usize> = training.iter().map(|at| programme_of(*at)).collect();
-    if 2 * trained.len() > training.len() {
-        return None;
-    }
-    let all: Vec<usize> = (0..entries.len()).map(programme_of).collect();
-    let name = |programme: usize| Some(format!("loads of {}", programmes[programme].name()));
-    let keys = all.into_iter().map(name).collect();
+    let programmes = Some(repeated_programmes(&recordings)).filter(are_repeated);
+    let programmes = programmes.or_else(|| press_shapes(&recordings).filter(are_repeated))?;
+    let name = |first: usize| Some(format!("loads of {}", recordings[first].name()));
+    let keys = programmes.into_iter().map(name).collect();
     Some(Way { by: GroupedBy::Programme, keys, reports_single_group: false })
 }
 
