@@ -212,8 +212,11 @@ mod tests {
         let (_directory, path) = written(&calibration, "c.CSV");
         let comments = fs::read_to_string(&path).unwrap();
         assert!(comments.contains(
-            "\n# leaves out: settings of the feature blocks (only described in words), scales\n"
+            "\n# leaves out: settings of the feature blocks (only described in words)\n"
         ));
+        let scale = &calibration.gauge_scale;
+        let standardised = format!("(S,1 - {}) * {}\n", scale.shift[0], scale.inverse_scale[0]);
+        assert!(comments.contains(&standardised));
         assert!(comments.contains("(test): a.csv */ --> \\u{a}#, SHA-256 ba78\n"));
         let mut csv = csv::ReaderBuilder::new();
         let mut csv = csv.comment(Some(b'#')).from_path(path).unwrap();

@@ -13,12 +13,12 @@ pub(super) static CSV: Target = Target {
     name: "Matrices (CSV)",
     purpose: "Spreadsheets",
     endings: &["csv"],
-    holds: "matrices",
+    holds: "matrices, shift and scale of each gauge",
     leaves_out: |calibration| match calibration.learned {
         Some(_) => {
-            "the network or kernel, so the compensated load is incomplete; settings of the feature blocks (only described in words), scales"
+            "the network or kernel, so the compensated load is incomplete; settings of the feature blocks (only described in words)"
         }
-        None => "settings of the feature blocks (only described in words), scales",
+        None => "settings of the feature blocks (only described in words)",
     },
     write,
     parts: linear_parts,
@@ -31,6 +31,14 @@ fn write(export: &Export<'_>, out: &mut dyn io::Write) -> io::Result<()> {
     let calibration = export.calibration;
     for line in export.lines(|text| printable(text).into_owned()) {
         writeln!(out, "# {line}")?;
+    }
+    if calibration.compensated.is_some() {
+        // Play operators and polynomials are of standardised gauges.
+        let scale = &calibration.gauge_scale;
+        let scales = scale.shift.iter().zip(&scale.inverse_scale);
+        for (gauge, (shift, inverse)) in calibration.gauges.iter().zip(scales) {
+            writeln!(out, "# standardised {}: ({0} - {shift}) * {inverse}", printable(gauge))?;
+        }
     }
     let mut csv = CsvWriter::new(out);
     let columns = calibration.columns();
