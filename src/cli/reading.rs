@@ -17,15 +17,10 @@ use crate::{
     export::read_with_notes,
     features::Range,
     finding::Finding,
-    import::{
-        self, Loaded,
-        map::{ColumnMap, ColumnRole},
-        unit_note,
-    },
+    import::{self, map::ColumnMap, unit_note},
     progress::Progress,
     recording::{
-        Axis, Entry, GaugeRange, Missing, Recording, RecordingSet, Role, Tare, ValidRange,
-        identity::rate,
+        Axis, Entry, GaugeRange, Recording, RecordingSet, Role, Tare, ValidRange, identity::rate,
     },
     scoring::faults::{Faults, faults, faults_of},
     shown::and_more,
@@ -239,10 +234,15 @@ impl ReadArgs {
                 let loaded = import::read(path, map.as_ref(), &[], &Progress::default());
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
                 if needs == Needs::GaugesAndLoad {
-                    let open = open_question(path, &loaded);
-                    open.map_or(Ok(()), |why| Err(self.refused(input, JobError::Usage(why))))?;
+                    if let Some((asked, answer)) = loaded.asked() {
+                        let why = format!(
+                            "{}: {asked} Answer with --columns \"{answer}\"",
+                            path.display()
+                        );
+                        return Err(self.refused(input, JobError::Usage(why)));
+                    }
                     let is_new = |name: &String| !without_unit.contains(name);
-                    let new = loaded.without_unit.iter().filter(|name| is_new(name));
+                    let new = loaded.mapped.without_unit.iter().filter(|name| is_new(name));
                     let new: Vec<String> = new.cloned().collect();
                     without_unit.extend(new);
                 }
@@ -349,31 +349,6 @@ impl ReadArgs {
 pub enum Needs {
     Nothing,
     GaugesAndLoad,
-}
-
-/// Returns the question about gauges or load that a file leaves open, with the shortest answer.
-fn open_question(path: &Path, loaded: &Loaded) -> Option<String> {
-    let asked = |question: &str, answer: &str| {
-        Some(format!("{}: {question} Answer with --columns \"{answer}\"", path.display()))
-    };
-    if let Some(answer) = loaded.answer() {
-        return asked(&loaded.load_questions().collect::<Vec<_>>().join(" "), &answer);
-    }
-    let missing = loaded.recordings.iter().find_map(Recording::missing)?;
-    let key = |is: &[ColumnRole]| {
-        let found = loaded.columns.iter().rev().find(|column| is.contains(&column.is));
-        found.map_or_else(|| "COLUMN".to_owned(), |column| column.key(&loaded.columns))
-    };
-    match missing {
-        Missing::Gauges => asked(
-            "there is no gauge column. Which columns are the gauges?",
-            &format!("{}=gauge", key(&[ColumnRole::Channel, ColumnRole::Auxiliary])),
-        ),
-        Missing::Load => asked(
-            "there is no reference load to fit. Which column is it?",
-            &format!("{}=Fz N", key(&[ColumnRole::Channel, ColumnRole::Gauge])),
-        ),
-    }
 }
 
 /// Returns an error if the file is a calibration or a session.

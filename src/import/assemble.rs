@@ -132,7 +132,7 @@ const ROWS_TO_A_TURN: usize = 4;
 pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadError> {
     let rows = &table.rows;
     if !table.plan.axes.is_empty()
-        && !table.plan.gauge_names.is_empty()
+        && !table.plan.gauges.names.is_empty()
         && rows.times.len() <= LOAD_CASE_ROWS
         && !has_order(rows, &table.plan.axes)
     {
@@ -142,7 +142,7 @@ pub fn without_times(table: Table) -> Result<(Vec<Recording>, Findings), ReadErr
     note_constant_gauges(&plan, &mut rows);
     let n_rows = rows.times.len();
     rows.findings.note(plan.line, Cause::RowOrder { n_rows });
-    if (3..=12).contains(&n_rows) && plan.gauge_names.len() == n_rows && plan.axes.is_empty() {
+    if (3..=12).contains(&n_rows) && plan.gauges.names.len() == n_rows && plan.axes.is_empty() {
         rows.findings.note(plan.line, Cause::Square { n: n_rows });
     }
     rows.times = (0..rows.times.len()).map(|row| row as f64).collect();
@@ -200,10 +200,10 @@ fn load_cases(table: Table) -> (Vec<Recording>, Findings) {
     let recording = |(&(case, group), own): (&(usize, &str), &Vec<usize>)| {
         let values = [
             own.iter().map(|row| *row as f64).collect(),
-            picked(own, &rows.gauges, plan.gauge_names.len()),
+            picked(own, &rows.gauges, plan.gauges.names.len()),
             picked(own, &rows.loads, plan.axes.len()),
-            picked(own, &rows.auxiliary, plan.auxiliary_names.len()),
-            picked(own, &rows.channels, plan.channel_names.len()),
+            picked(own, &rows.auxiliary, plan.auxiliary.names.len()),
+            picked(own, &rows.channels, plan.others.names.len()),
         ];
         let group = plan.group_name(group);
         let mut name = format!("{stem} case {}", case + 1);
@@ -264,7 +264,7 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
     if rows.times.len() < 2 || has_resting_load {
         return;
     }
-    let n_gauges = plan.gauge_names.len();
+    let n_gauges = plan.gauges.names.len();
     let is_gauge = |index: &usize| matches!(plan.uses[*index], Use::Gauge { .. });
     let columns = (0..plan.uses.len()).filter(is_gauge);
     for (gauge, column) in columns.enumerate() {
@@ -273,7 +273,7 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
         if values.all(|other| *other == value) {
             let cause = Cause::ConstantGauge {
                 column: column + 1,
-                name: plan.gauge_names[gauge].clone(),
+                name: plan.gauges.names[gauge].clone(),
                 value,
             };
             rows.findings.note(plan.line, cause);
@@ -314,7 +314,7 @@ fn cut(path: &Path, plan: &Plan, mut rows: Rows, cuts: &timeline::Cuts) -> Vec<R
 /// Returns, for each recording and auxiliary channel, the time intervals (s) in which the channel's last measured value is
 /// too old to be held.
 fn held_by_part(plan: &Plan, rows: &Rows, starts: &[usize]) -> Vec<Vec<Vec<(f64, f64)>>> {
-    let n_channels = plan.auxiliary_names.len();
+    let n_channels = plan.auxiliary.names.len();
     let mut parts = vec![vec![Vec::new(); n_channels]; starts.len() + 1];
     for held in &rows.held {
         let mut from = held.rows.start;
@@ -335,14 +335,14 @@ fn recording(
     [times, gauges, loads, auxiliary, channels]: [Vec<f64>; 5],
 ) -> Recording {
     let source = Source::File(path.to_owned());
-    let (gauge_names, axes) = (plan.gauge_names.clone(), plan.axes.clone());
-    let (names, units) = (plan.auxiliary_names.clone(), plan.auxiliary_units.clone());
+    let (gauge_names, axes) = (plan.gauges.names.clone(), plan.axes.clone());
+    let (names, units) = (plan.auxiliary.names.clone(), plan.auxiliary.units.clone());
     Recording::new(name, source, times, gauge_names, gauges, axes, loads)
         .expect("all rows have finite numbers and equal length, and the times of a recording never go back")
-        .with_gauge_units(plan.gauge_units.clone())
+        .with_gauge_units(plan.gauges.units.clone())
         .with_auxiliary(names, units, auxiliary)
         .expect("missing values were replaced by the last ones, so each row has a number for each auxiliary channel")
-        .with_others(plan.channel_names.clone(), plan.channel_units.clone(), channels)
+        .with_others(plan.others.names.clone(), plan.others.units.clone(), channels)
         .expect("each row has a value for each channel")
 }
 

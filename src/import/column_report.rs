@@ -128,6 +128,20 @@ impl ColumnReport {
         self.content == Content::Numbers && self.min < self.max
     }
 
+    /// Returns true if the column is a load whose axis the name does not tell.
+    pub(crate) fn is_unnamed_load(&self) -> bool {
+        self.named.is_unnamed_load(self.unit.as_deref())
+    }
+
+    pub(crate) fn is_other_quantity(&self) -> bool {
+        self.named.is_other_quantity(self.unit.as_deref())
+    }
+
+    /// Returns the unit of an auxiliary channel, empty if none is given; `None` for any other column.
+    pub(crate) fn auxiliary_unit(&self) -> Option<String> {
+        self.named.auxiliary_unit(self.unit.as_deref())
+    }
+
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
     pub(crate) fn is_counter(&self) -> bool {
         self.counts_up || self.named.is_counter(self.is_whole)
@@ -246,7 +260,7 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
             number: index + 1,
             header: head.names.get(index).cloned().unwrap_or_default(),
             name: head.name(index).map_or_else(String::new, |name| name.name),
-            unit: named.unit.clone().or_else(|| head.unit(index)),
+            unit: head.unit(index).or_else(|| named.unit.clone()),
             content,
             first: cells().take(SHOWN_VALUES).map(Cell::text).collect(),
             outline: (numbers.iter())
@@ -268,7 +282,9 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
             is_even: steps.are_even(),
             is_whole,
             is_monotone: steps.n_back == 0 || steps.up.is_empty(),
-            counts_up: numbers.len() > COUNTED_ROWS
+            // Numbers of rows in a text may be written `1.`, `2.`.
+            counts_up: (numbers.len() > COUNTED_ROWS
+                || filled().all(|cell| cell.written().is_some_and(|text| text.ends_with(b"."))))
                 && numbers.is_sorted()
                 && numbers.iter().all(|value| (2.0 * value).fract() == 0.0)
                 && steps.up.iter().all(|step| [0.5, 1.0].contains(step) && *step == steps.up[0]),

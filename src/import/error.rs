@@ -17,18 +17,10 @@ use crate::{
 pub enum TableError {
     #[error("no table of numbers: there is no column of numbers among {}", listed(names))]
     NoNumbers { names: Vec<String> },
-    #[error(
-        "no time column among {}. Name one t or time, with its unit, e.g. t_ms, or choose the time column in a column map",
-        listed(names)
-    )]
-    NoTime { names: Vec<String> },
-    #[error(
-        "no gauge column among {}. Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised), or choose them in a column map",
-        listed(names)
-    )]
-    NoGauges { names: Vec<String> },
-    #[error("{count} gauge columns, but at most {limit} are supported: {}", listed(names))]
-    TooManyGauges { count: usize, limit: usize, names: Vec<String> },
+    #[error("no {what} among {}. {advice}, or choose it in a column map", listed(names))]
+    Lacks { what: &'static str, advice: &'static str, names: Vec<String> },
+    #[error("{count} {what}, but at most {limit} are supported: {}", listed(names))]
+    TooMany { what: &'static str, count: usize, limit: usize, names: Vec<String> },
     #[error(
         "columns {first} and {second} are both read as {}. Rename one of the columns, or give it another role in a column map",
         shown(what)
@@ -36,15 +28,6 @@ pub enum TableError {
     Twice { what: String, first: usize, second: usize },
     #[error("{column} has the unknown unit {}. Known units: {known}", shown(unit))]
     UnknownUnit { column: NamedColumn, unit: String, known: &'static str },
-    #[error(
-        "no reference load among the columns {}. Name the load columns Fx, Fy and so on, or choose them in a column map",
-        listed(names)
-    )]
-    NoLoads { names: Vec<String> },
-    #[error(
-        "{column} cannot be an auxiliary channel: another auxiliary channel has the same name, or there are more than {limit} auxiliary channels. Rename the column, or give it the role \"ignore\" in the column map"
-    )]
-    Auxiliaries { column: NamedColumn, limit: usize },
     #[error(
         "{column} counts samples instead of giving times, and the sample rate is unknown. Set \"sample_rate_hz\" in the column map"
     )]
@@ -93,6 +76,25 @@ pub enum TableError {
         "{column} jumps, goes back or changes in {count} rows, and each of these rows would start a new recording. This is the first of them. Give the column another role if its role is wrong"
     )]
     TooManyRecordings { count: usize, column: NamedColumn },
+}
+
+impl TableError {
+    const TIME: &str = "time column";
+
+    pub fn no_time(names: Vec<String>) -> Self {
+        let advice = "Name one t or time, with its unit, e.g. t_ms";
+        Self::Lacks { what: Self::TIME, advice, names }
+    }
+
+    pub fn no_gauges(names: Vec<String>) -> Self {
+        let advice =
+            "Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised)";
+        Self::Lacks { what: "gauge column", advice, names }
+    }
+
+    pub fn is_about_time(&self) -> bool {
+        matches!(self, Self::Lacks { what: Self::TIME, .. })
+    }
 }
 
 /// Reason why no recording can be read from a file. Lines are counted from 1.
@@ -145,13 +147,11 @@ impl Advice for ReadError {
             | Self::ManySkipped { .. }
             | Self::Table {
                 source:
-                    Of::NoTime { .. }
-                    | Of::NoGauges { .. }
-                    | Of::TooManyGauges { .. }
+                    Of::Lacks { .. }
+                    | Of::TooMany { .. }
                     | Of::Twice { .. }
                     | Of::UnknownUnit { .. }
                     | Of::NoSampleRate { .. }
-                    | Of::NoLoads { .. }
                     | Of::NoTimeUnit { .. }
                     | Of::MapShape { .. }
                     | Of::MapOtherName { .. }

@@ -3,10 +3,7 @@
 use std::path::Path;
 
 use super::{
-    abandonable::abandonable,
-    load::{Reading, mapped},
-    plan::Side,
-    two_clocks,
+    abandonable::abandonable, load::Reading, plan::Side, proposal::mapped, two_clocks,
     weigh::rotations,
 };
 use crate::{

@@ -15,7 +15,7 @@ use crate::{
 
 /// Returns the roles of the columns, in words.
 fn roles(loaded: &Loaded) -> String {
-    let roles: Vec<&str> = loaded.columns.iter().map(|column| column.is.name()).collect();
+    let roles: Vec<&str> = loaded.mapped.columns.iter().map(|column| column.is.name()).collect();
     roles.join(" ")
 }
 
@@ -29,7 +29,7 @@ fn read_as(text: &str, expected: &str) -> Loaded {
     let inspected: Vec<&str> = inspection.table.columns.iter().map(|own| own.is.name()).collect();
     assert_eq!(inspected.join(" "), expected);
     assert_eq!(inspection.check.error, None);
-    assert_eq!(inspection.answer, loaded.answer());
+    assert_eq!(inspection.answer, loaded.asked().map(|asked| asked.1));
     loaded
 }
 
@@ -37,7 +37,7 @@ fn read_as(text: &str, expected: &str) -> Loaded {
 fn answered(text: &str, typed: &str) -> Loaded {
     let map = ColumnMap::typed(typed).unwrap();
     let loaded = read(&TestFile::new(text).path, Some(&map), &[], &Progress::default()).unwrap();
-    assert_eq!(loaded.answer(), None, "{typed}");
+    assert_eq!(loaded.asked().map(|asked| asked.1), None, "{typed}");
     loaded
 }
 
@@ -111,9 +111,9 @@ fn marks_of_missing_values_are_proposed_and_reported() {
     let marked =
         read_as(&rows(&|k| if k % 5.0 == 2.0 { -1.0 } else { wave(k + 9.0) }), "time gauge gauge");
     assert_eq!(marked.recordings.iter().map(Recording::n_samples).sum::<usize>(), 192);
-    let column = &marked.columns[2];
+    let column = &marked.mapped.columns[2];
     assert_eq!((column.missing, column.min), (Some(-1.0), Some(1400.0)));
-    assert_eq!((is_noted(&marked), marked.columns[1].missing), (1, None));
+    assert_eq!((is_noted(&marked), marked.mapped.columns[1].missing), (1, None));
     let about_zero = read_as(&rows(&|k| (3.0 * (0.3 * k).sin()).round()), "time gauge gauge");
     assert_eq!((is_noted(&about_zero), about_zero.recordings[0].n_samples()), (0, 240));
     // A map that names the column keeps the mark; one that ignores it needs no row.
@@ -148,7 +148,7 @@ fn weights_against_readings_are_load_cases_in_newtons() {
     // Without a unit, a mass is a question, and its answer is printed.
     let text = text.replace("Mass_kg", "Mass");
     let loaded = read_as(&text, "Fz gauge");
-    assert_eq!(loaded.answer().as_deref(), Some("Mass=Fz g"));
+    assert_eq!(loaded.asked().map(|asked| asked.1).as_deref(), Some("Mass=Fz g"));
     let loaded = answered(&text, "Mass=Fz g");
     assert!((loaded.recordings[4].loads()[0] - 0.050 * 9.80665).abs() < 1e-12);
 }
@@ -194,14 +194,17 @@ fn a_load_in_counts_is_asked_for_its_unit() {
         ]
     });
     let loaded = read_as(&text, "time gauge Fx Mx");
-    assert_eq!(loaded.answer().as_deref(), Some("Fx=Fx N, Tx=Mx N·m"));
+    assert_eq!(loaded.asked().map(|asked| asked.1).as_deref(), Some("Fx=Fx N, Tx=Mx N·m"));
     let loaded = answered(&text, "Fx=Fx N/1000000, Tx=Mx N·m/1000000");
     let expected = (3e5 * (1.0_f64 / 9.0).cos()).round() / 1e6;
     assert!((loaded.recordings[0].loads()[3] - expected).abs() < 1e-9);
     let plain =
         table("time_s\tS1\tFx", 60, |k| vec![0.01 * k, (k / 9.0).sin(), 20.0 * (k / 9.0).cos()]);
     let loaded = read_as(&plain, "time gauge Fx");
-    assert_eq!((loaded.answer(), &loaded.without_unit[..]), (None, &["Fx".to_owned()][..]));
+    assert_eq!(
+        (loaded.asked().map(|asked| asked.1), &loaded.mapped.without_unit[..]),
+        (None, &["Fx".to_owned()][..])
+    );
 }
 
 #[test]
@@ -297,7 +300,7 @@ fn headers_are_found_from_the_numbers_below() {
         writeln!(text, "{k},6.{k},3.{k},{crack},{temp}").unwrap();
     }
     let loaded = TestFile::new(&text).read().unwrap();
-    assert_eq!(loaded.columns[1].header, "Machine_Load");
+    assert_eq!(loaded.mapped.columns[1].header, "Machine_Load");
     assert_eq!(loaded.recordings[0].axes(), [Axis::Fz]);
     let loaded = read_as("t [s]\tS1 [V]\tS1 [V]\n0\t1\t2\n1\t2\t3\n2\t3\t5\n", "time gauge gauge");
     assert_eq!(loaded.recordings[0].gauge_names(), ["S1", "S1 (2)"]);
@@ -318,7 +321,7 @@ fn what_an_answer_leaves_out_keeps_its_proposal() {
     let text =
         "MD;UL;UD\n0.0;-0.110;0.190\n0.0682;-0.070;0.510\n0.1816;-0.010;1.050\n0.295;0.040;1.580\n";
     let loaded = read_as(text, "gauge gauge gauge");
-    assert!(loaded.answer().is_some());
+    assert!(loaded.asked().map(|asked| asked.1).is_some());
     assert_eq!(roles(&answered(text, "MD=Fz kg")), "Fz gauge gauge");
     assert_eq!(roles(&answered(text, "1=Fz kg, UD=ignore")), "Fz gauge ignore");
     let wrong = ColumnMap::typed("MX=Fz kg").unwrap();

@@ -16,7 +16,7 @@ use super::{
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side, TimeScale},
-    proposal::propose,
+    proposal::mapped,
     rows::Rows,
     warning::Cause,
 };
@@ -139,7 +139,7 @@ impl Newest {
 
 impl LiveTable {
     pub fn gauge_names(&self) -> &[String] {
-        &self.plan.gauge_names
+        &self.plan.gauges.names
     }
 
     /// Returns the indices of the calibration's channels in a row, or a message about missing channels. Gauges are found by
@@ -165,7 +165,7 @@ impl LiveTable {
     }
 
     pub fn auxiliary_names(&self) -> &[String] {
-        &self.plan.auxiliary_names
+        &self.plan.auxiliary.names
     }
 
     pub fn axes(&self) -> &[Axis] {
@@ -223,18 +223,10 @@ impl LiveTable {
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
-        let map = match source.whole_map() {
-            Some(map) => map.clone(),
-            None => {
-                let proposal = propose(&opened, &text, &head);
-                let map = match source.map {
-                    Some(map) => proposal.completed(map, &text, &head),
-                    None => Ok(proposal.map(&text, &head, name)),
-                };
-                let map = map.map_err(|error| at(name, head.line)(error.into()))?;
-                named_channels(map, &head, source)
-            }
-        };
+        let mut map = mapped(name, &opened, source.map, Some(&text))?.map;
+        if source.whole_map().is_none() {
+            map = named_channels(map, &head, source);
+        }
         // If the reference has another clock, only the gauges are read, because a reference value in the same row belongs to
         // another time.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
@@ -243,10 +235,10 @@ impl LiveTable {
             Err(at(name, head.line)(fault(head.names.clone())))
         };
         if plan.is_static {
-            return missing(|names| TableError::NoTime { names });
+            return missing(TableError::no_time);
         }
-        if plan.gauge_names.is_empty() {
-            return missing(|names| TableError::NoGauges { names });
+        if plan.gauges.names.is_empty() {
+            return missing(TableError::no_gauges);
         }
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
@@ -268,7 +260,7 @@ impl LiveTable {
                 TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
             },
             assumed_unit,
-            held: vec![Newest::NONE; plan.auxiliary_names.len()],
+            held: vec![Newest::NONE; plan.auxiliary.names.len()],
             plan,
             keys,
             n_rows: 0.0,
@@ -349,7 +341,7 @@ impl LiveTable {
     }
 
     fn rows(&mut self, rows: Rows) -> Vec<LiveRow> {
-        let (n_gauges, n_axes) = (self.plan.gauge_names.len(), self.plan.axes.len());
+        let (n_gauges, n_axes) = (self.plan.gauges.names.len(), self.plan.axes.len());
         let first = self.n_rows;
         self.n_rows += rows.times.len() as f64;
         let counted = self.plan.time_column.is_none();

@@ -3,24 +3,20 @@
 
 use std::path::Path;
 
-use super::column_report::{ColumnReport, Reason, reports};
 use super::error::{at, of_file};
 use super::plan::{Plan, Side};
-use super::proposal::{Proposal, propose};
+use super::proposal::{Mapped, mapped};
 use super::question::{Question, answer};
 use super::rows::Rows;
 use super::two_clocks::{self, Table};
 use super::warning::Cause;
 use crate::{
     finding::Finding,
-    formats::{
-        self, FilePart, Opened,
-        text::{Decimal, TextLayout},
-    },
+    formats::{self, FilePart, Opened},
     import::{
         assemble,
         error::ReadError,
-        map::{ColumnMap, Header, Rest, Stamps, TableMap, WeightMap},
+        map::{ColumnMap, Stamps, TableMap, WeightMap},
         timeline, weigh,
     },
     progress::Progress,
@@ -49,28 +45,27 @@ pub struct Loaded {
     pub assumed_gap_secs: Option<f64>,
     /// Column map by which the file was read. `None` if the columns had their proposed roles.
     pub map: Option<Box<ColumnMap>>,
-    /// Columns of the file with their roles and the reasons for these. A change of a role is a change of [`Self::roles`].
-    pub columns: Vec<ColumnReport>,
-    /// Map of the roles of all columns.
-    pub roles: Box<ColumnMap>,
-    /// Questions about the columns that the roles leave open.
-    pub questions: Vec<Question>,
-    /// Loads that have no unit and are read in N or N·m.
-    pub without_unit: Vec<String>,
-    /// False if roles follow from values, so that a map which the user chose for a similar file is better.
-    pub(crate) is_certain: bool,
+    /// Roles of the columns.
+    pub mapped: Mapped,
 }
 
 impl Loaded {
-    /// Returns the text for `--columns` that answers the open questions; `None` if none is about a load.
-    pub fn answer(&self) -> Option<String> {
-        answer(&self.questions, &self.columns)
+    /// Returns what a calibration still has to know, with the text for `--columns` that answers it.
+    pub fn asked(&self) -> Option<(String, String)> {
+        let Mapped { questions, columns, .. } = &self.mapped;
+        let mut asked = questions.clone();
+        let missing = self.recordings.iter().find_map(Recording::missing);
+        asked.extend(Question::about_missing(missing, questions, columns));
+        asked.retain(Question::is_about_load);
+        let texts: Vec<String> = asked.iter().map(|question| question.text(columns)).collect();
+        Some((texts.join(" "), answer(&asked, columns)?))
     }
 
     /// Returns the open questions about the load.
     pub fn load_questions(&self) -> impl Iterator<Item = String> {
-        let about = self.questions.iter().filter(|question| question.is_about_load());
-        about.map(|question| question.text(&self.columns))
+        let Mapped { questions, columns, .. } = &self.mapped;
+        let about = questions.iter().filter(|question| question.is_about_load());
+        about.map(|question| question.text(columns))
     }
 }
 
@@ -80,18 +75,6 @@ pub fn unit_note(without_unit: &[String]) -> Option<String> {
     (!without_unit.is_empty()).then(|| {
         format!("no unit in the file, so forces are read in N and moments in N·m: {names}")
     })
-}
-
-/// Roles of the columns of one file: those that a column map gives, and the proposed ones.
-#[derive(Debug, Default)]
-pub struct Mapped {
-    pub map: ColumnMap,
-    pub columns: Vec<ColumnReport>,
-    pub questions: Vec<Question>,
-    pub without_unit: Vec<String>,
-    pub notes: Vec<Cause>,
-    /// False if the roles follow from values, so that a map which the user chose for a similar file is better.
-    pub is_certain: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -132,7 +115,7 @@ impl<'a> Reading<'a> {
     pub fn load(&self, path: &Path, map: Option<&ColumnMap>) -> Result<Loaded, ReadError> {
         let sides = self.sides(path, map)?;
         if map.is_none() {
-            sides.check_skipped(path)?;
+            sides.check_skipped()?;
         }
         Ok(Loaded { map: map.map(|map| Box::new(map.clone())), ..sides.joined()? })
     }
@@ -150,9 +133,7 @@ impl<'a> Reading<'a> {
         let about = about(&opened);
         let weight = map.weight.as_ref();
         let mut gauges = self.table(path, opened, &map.table, side, weight)?;
-        if let Some(weight) = weight {
-            weigh::weigh(&mut gauges, weight)?;
-        }
+        weigh::weigh(&mut gauges, weight)?;
         for note in about.into_iter().chain(std::mem::take(&mut mapped.notes)) {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
@@ -179,9 +160,7 @@ impl<'a> Reading<'a> {
         self.progress.add_total(opened.read_bytes);
         let weight = map.weight.as_ref();
         let mut reference = self.table(&path, opened, table, side, weight)?;
-        if let Some(weight) = weight {
-            weigh::weigh(&mut reference, weight)?;
-        }
+        weigh::weigh(&mut reference, weight)?;
         two_clocks::check_reference(&reference)?;
         assemble::note_held_reference(&reference.plan, &mut reference.rows);
         Ok(Some(reference))
@@ -225,63 +204,6 @@ impl<'a> Reading<'a> {
     }
 }
 
-/// Returns the roles of the columns of a file. What `map` leaves out is proposed. `layout` is used instead of the detected one.
-pub fn mapped(
-    path: &Path,
-    opened: &Opened,
-    map: Option<&ColumnMap>,
-    layout: Option<&TextLayout>,
-) -> Result<Mapped, ReadError> {
-    let no_header = || ReadError::NoHeader { path: path.to_owned() };
-    let given = map.filter(|map| map.table.has_shape()).map(|map| &map.table.text);
-    let text = match given.or(layout) {
-        Some(text) => text.clone(),
-        None => opened.layout().ok_or_else(no_header)?,
-    };
-    let Some(head) = opened.head(&text) else {
-        return match map {
-            // The reader of the table says what is missing.
-            Some(map) => Ok(Mapped { map: map.clone(), ..Mapped::default() }),
-            None => Err(no_header()),
-        };
-    };
-    if let Some(map) = map.filter(|map| map.table.rest == Rest::Ignored) {
-        let columns = reports(&map.table, &head, &opened.sample(&text, &head));
-        return Ok(Mapped { map: map.clone(), columns, is_certain: true, ..Mapped::default() });
-    }
-    let proposal = propose(opened, &text, &head);
-    let Some(map) = map else {
-        // Texts with decimal commas may still have a number with a point in a later row.
-        let may_be_point = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
-        let is_given = layout.is_some() || !may_be_point;
-        let decimal = if is_given { text.decimal } else { Decimal::Point };
-        let map = proposal.map(&TextLayout { decimal, ..text.clone() }, &head, path);
-        let is_certain = proposal.is_by_names;
-        let Proposal { columns, questions, without_unit, mut notes, .. } = proposal;
-        if text.decimal == Decimal::Comma {
-            notes.push(Cause::ExpectedComma);
-        }
-        return Ok(Mapped { map, columns, questions, without_unit, notes, is_certain });
-    };
-    let whole = proposal.completed(map, &text, &head);
-    let whole = whole.map_err(|error| at(path, head.line)(error.into()))?;
-    let mut columns = proposal.columns.clone();
-    let header = Header::of(&head);
-    for column in &mut columns {
-        let rule = whole.table.rule(&header, column.number - 1);
-        let is_given = map.table.columns.iter().any(|own| own.is == rule.is);
-        if rule.is != column.is || is_given && rule.unit != column.unit {
-            column.take(&rule, Reason::Given);
-        }
-    }
-    let mut questions = proposal.questions;
-    questions.retain(|own| own.is_open(&whole, &columns));
-    let is_bare = |own: &&ColumnReport| own.is.is_load() && own.unit.is_none();
-    let without_unit = columns.iter().filter(is_bare).map(|own| own.name.clone()).collect();
-    let notes = proposal.notes;
-    Ok(Mapped { map: whole, columns, questions, without_unit, notes, is_certain: true })
-}
-
 /// Returns warnings about parts of the file that are missing or are not read.
 fn about(opened: &Opened) -> Vec<Cause> {
     let Some(columns) = opened.columns() else {
@@ -306,7 +228,7 @@ fn about(opened: &Opened) -> Vec<Cause> {
 impl Sides {
     /// Returns an error if too many rows are skipped. Rows with NaN do not count as skipped here, because NaN marks a missing
     /// value.
-    pub fn check_skipped(&self, path: &Path) -> Result<(), ReadError> {
+    pub fn check_skipped(&self) -> Result<(), ReadError> {
         let rows = &self.gauges.rows;
         let (skipped, used) = (rows.findings.not_understood(), rows.times.len() as u64);
         if skipped < SKIPPED_ROWS || skipped as f64 <= SKIPPED_SHARE * (skipped + used) as f64 {
@@ -314,17 +236,17 @@ impl Sides {
         }
         let (cause, place) = rows.findings.most_skipped().expect("a skipped row has a reason");
         Err(ReadError::ManySkipped {
-            path: path.to_owned(),
+            path: self.gauges.path.clone(),
             skipped,
             rows: skipped + used,
-            first: Box::new(cause.finding(place, path)),
+            first: Box::new(cause.finding(place, &self.gauges.path)),
         })
     }
 
     /// Assigns a reference load to each gauge sample, and divides the samples into recordings.
     pub fn joined(self) -> Result<Loaded, ReadError> {
         let Self { mut gauges, reference, mapped } = self;
-        let Mapped { map, columns, questions, without_unit, is_certain, .. } = mapped;
+        let map = &mapped.map;
         let is_static = gauges.plan.is_static;
         let path = gauges.path.clone();
         let mut of_reference = Vec::new();
@@ -340,25 +262,13 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        let finished = |recording: Recording| {
-            match map.tare {
-                // The tare interval is given in seconds, so taring samples without times is an error.
-                Some(tare) => Ok(recording.tared(tare)?.0),
-                None => Ok(recording),
-            }
+        // The tare interval is given in seconds, so taring samples without times is an error.
+        let tared = |recording: Recording| match map.tare {
+            Some(tare) => Ok(recording.tared(tare)?.0),
+            None => Ok(recording),
         };
-        let recordings = recordings.into_iter().map(finished);
+        let recordings = recordings.into_iter().map(tared);
         let recordings = recordings.collect::<Result<_, ReadError>>()?;
-        Ok(Loaded {
-            recordings,
-            warnings,
-            assumed_gap_secs,
-            map: None,
-            columns,
-            roles: Box::new(map),
-            questions,
-            without_unit,
-            is_certain,
-        })
+        Ok(Loaded { recordings, warnings, assumed_gap_secs, map: None, mapped })
     }
 }

@@ -103,7 +103,7 @@ fn an_auxiliary_channel_of_a_map_has_its_name_and_unit() {
     let again =
         again.replace("{ \"column\": 3, \"is\": \"Fz\" }", "{ \"column\": 3, \"is\": \"gauge\" }");
     let error = read_one("0,1,1,2500\n1,2,2,2400\n", &again).unwrap_err().to_string();
-    assert!(error.contains("column 4 (supply) cannot be an auxiliary channel"), "{error}");
+    assert!(error.contains("columns 2 and 4 are both read as auxiliary supply"), "{error}");
 }
 
 const HEADERLESS: &str = r#""table": { "shape": { "columns": 4 }, "text": { "delimiter": "semicolon", "decimal": "comma" },

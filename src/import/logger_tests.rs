@@ -109,7 +109,7 @@ fn lines_of_a_terminal_start_with_their_time() {
         }
         let file = TestFile::new(&text);
         if names.is_empty() {
-            assert!(file.read().unwrap().answer().is_some());
+            assert!(file.read().unwrap().asked().is_some());
             continue;
         }
         let (recording, _) = single(&text);

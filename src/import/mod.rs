@@ -115,8 +115,9 @@ mod tests {
         let (path, head) = (Path::new("a.csv"), header.as_bytes());
         let text = detect(head).unwrap();
         let start = locate(head, &text).unwrap();
-        let proposal = proposal::of_sample(&text, &start, &crate::formats::Sample::default());
-        let table = proposal.table(&text, &start);
+        let sample = crate::formats::Sample::default();
+        let proposal = proposal::Proposal::new(&text, &start, &sample, 0);
+        let table = proposal.table(text.clone());
         let plan = plan::Plan::new(&table, &start, plan::Side::Both, None);
         Ok((plan.map_err(error::at(path, start.line))?, proposal.notes))
     }

@@ -10,71 +10,95 @@ use crate::{
         map::{ColumnMap, ColumnRole},
     },
     recording::{
-        Axis,
+        Axis, Missing,
         units::{force_in_newtons, moment_in_newton_metres},
     },
     shown::{listed, shown},
 };
 
-/// Question about the columns of a file that neither their names nor their values answer. Columns are counted from 1.
+/// Question about the columns of a file that neither their names nor their values answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "String")]
-pub enum Question {
+pub struct Question {
+    /// What is asked about the columns.
+    pub about: About,
+    /// Numbers of the columns, counted from 1.
+    pub columns: Vec<usize>,
+}
+
+/// What a question about columns asks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum About {
     /// Is one of these columns the time of the reference?
-    ReferenceClock(Vec<usize>),
+    ReferenceClock,
     /// Which of these columns, all of which look like loads, is the reference?
-    LoadAxis(Vec<usize>),
+    LoadAxis,
     /// Which of these columns, which are read as gauges, is the reference, if any?
-    Load(Vec<usize>),
+    Load,
+    /// Which of these columns are the gauges? None of the columns is one.
+    Gauges,
     /// Which unit does each of these load columns have? The file gives none, and the values may be counts.
-    LoadUnit(Vec<usize>),
+    LoadUnit,
 }
 
 impl Question {
+    /// Returns the question about the gauges or the load that recordings lack, unless another one is about the load. It is
+    /// asked about the columns that may be them.
+    pub fn about_missing(
+        missing: Option<Missing>,
+        questions: &[Self],
+        columns: &[ColumnReport],
+    ) -> Option<Self> {
+        if questions.iter().any(Self::is_about_load) {
+            return None;
+        }
+        let about = match missing? {
+            Missing::Gauges => About::Gauges,
+            Missing::Load => About::Load,
+        };
+        let may_be = |own: &&ColumnReport| match own.is {
+            ColumnRole::Channel => {
+                about == About::Load || !own.is_unnamed_load() && !own.is_other_quantity()
+            }
+            ColumnRole::Auxiliary => about == About::Gauges,
+            ColumnRole::Gauge => about == About::Load,
+            _ => false,
+        };
+        let columns = columns.iter().filter(may_be).map(|own| own.number).collect();
+        Some(Self { about, columns })
+    }
+
     /// Returns true if no result that needs a load is right without an answer.
     pub fn is_about_load(&self) -> bool {
-        !matches!(self, Self::ReferenceClock(_))
+        self.about != About::ReferenceClock
     }
 
     /// Returns true if this column map does not answer the question.
     pub fn is_open(&self, map: &ColumnMap, columns: &[ColumnReport]) -> bool {
-        let has_loads = map.reference_table().columns.iter().any(|rule| rule.is.is_load())
-            || map.weight.is_some()
-            || map.reference.is_some();
-        match self {
-            Self::ReferenceClock(clocks) => {
-                let is_unused = |number: &usize| {
-                    let role = columns.get(number - 1).map(|column| column.is);
-                    matches!(role, Some(ColumnRole::Ignore | ColumnRole::Channel))
-                };
-                !map.has_two_clocks() && clocks.iter().any(is_unused)
+        let mut asked = self.columns.iter().filter_map(|number| columns.get(number - 1));
+        match self.about {
+            About::ReferenceClock => {
+                let is_unused =
+                    |own: &ColumnReport| matches!(own.is, ColumnRole::Ignore | ColumnRole::Channel);
+                !map.has_two_clocks() && asked.any(is_unused)
             }
-            Self::LoadAxis(_) | Self::Load(_) => !has_loads,
-            Self::LoadUnit(numbers) => {
-                let is_open = |number: &usize| {
-                    let column = columns.get(number - 1);
-                    column.is_some_and(|own| own.is.is_load() && own.unit.is_none())
-                };
-                numbers.iter().any(is_open)
+            About::Gauges => asked.all(|own| own.is != ColumnRole::Gauge),
+            About::LoadAxis | About::Load => {
+                let mut rules = map.reference_table().columns.iter();
+                let has_loads = rules.any(|rule| rule.is.is_load());
+                !has_loads && map.weight.is_none() && map.reference.is_none()
             }
+            About::LoadUnit => asked.any(|own| own.is.is_load() && own.unit.is_none()),
         }
-    }
-
-    /// Returns the numbers of the columns that the question is about.
-    pub(crate) fn columns(&self) -> &[usize] {
-        let (Self::ReferenceClock(all)
-        | Self::LoadAxis(all)
-        | Self::Load(all)
-        | Self::LoadUnit(all)) = self;
-        all
     }
 
     /// Returns the question in few words, as it stands beside one of its columns.
     pub(crate) fn short(&self) -> &'static str {
-        match self {
-            Self::ReferenceClock(_) => "Is this the time of the reference?",
-            Self::LoadAxis(_) | Self::Load(_) => "Is this the reference load?",
-            Self::LoadUnit(_) => "Which unit?",
+        match self.about {
+            About::ReferenceClock => "Is this the time of the reference?",
+            About::LoadAxis | About::Load => "Is this the reference load?",
+            About::Gauges => "Is this a gauge?",
+            About::LoadUnit => "Which unit?",
         }
     }
 
@@ -87,76 +111,81 @@ impl Question {
             let choice = |unit: &&str| ((*unit).to_owned(), role, Some((*unit).to_owned()));
             units.iter().map(choice).collect()
         };
-        match self {
-            Self::ReferenceClock(_) => {
+        match (self.about, column.usual_load()) {
+            (About::ReferenceClock, _) => {
                 vec![("Yes".to_owned(), ColumnRole::TimeReference, None)]
             }
-            Self::LoadAxis(_) | Self::Load(_) => match column.usual_load() {
-                (axis, Some(_)) => {
-                    vec![(format!("Yes, as {}", axis.symbol()), ColumnRole::Load(axis), None)]
-                }
-                (axis, None) => with_units(ColumnRole::Load(axis), &["N", "kgf", "g"]),
-            },
-            Self::LoadUnit(_) => match column.is {
-                ColumnRole::Load(axis) if !axis.is_force() => {
-                    with_units(column.is, &["N·m", "N·mm", "lbf·in"])
-                }
-                _ => with_units(column.is, &["N", "kgf", "g", "lbf"]),
-            },
+            (About::Gauges, _) => vec![("Yes".to_owned(), ColumnRole::Gauge, None)],
+            (About::LoadUnit, _) if column.is_moment() => {
+                with_units(column.is, &["N·m", "N·mm", "lbf·in"])
+            }
+            (About::LoadUnit, _) => with_units(column.is, &["N", "kgf", "g", "lbf"]),
+            (_, (axis, Some(_))) => {
+                vec![(format!("Yes, as {}", axis.symbol()), ColumnRole::Load(axis), None)]
+            }
+            (_, (axis, None)) => with_units(ColumnRole::Load(axis), &["N", "kgf", "g"]),
         }
     }
 
     /// Returns the shortest answer, such as `Mass=Fz kgf`, of the kind that the option `--columns` takes.
     fn answer(&self, columns: &[ColumnReport]) -> Vec<String> {
-        let key = |number: usize| columns[number - 1].key(columns);
-        match self {
-            Self::ReferenceClock(_) => Vec::new(),
-            Self::LoadAxis(numbers) | Self::Load(numbers) => {
+        let asked = self.columns.iter().map(|number| &columns[number - 1]);
+        match self.about {
+            About::ReferenceClock => Vec::new(),
+            About::LoadAxis | About::Load => {
                 // A reference has mostly round values, so that it has the fewest different ones.
-                let n_different = |number: &&usize| columns[**number - 1].n_different;
-                let Some(&load) = numbers.iter().min_by_key(n_different) else { return Vec::new() };
-                let (axis, unit) = columns[load - 1].usual_load();
-                vec![format!("{}={} {}", key(load), axis.symbol(), unit.unwrap_or("N"))]
+                let load = asked.min_by_key(|own| {
+                    let is_force = own.named.name.eq_ignore_ascii_case("f");
+                    let is_other = own.is_other_quantity();
+                    (!is_force, own.named.is_signal(own.unit.as_deref()), is_other, own.n_different)
+                });
+                let answer = |load: &ColumnReport| {
+                    let (axis, unit) = load.usual_load();
+                    format!("{}={} {}", load.key(columns), axis.symbol(), unit.unwrap_or("N"))
+                };
+                vec![load.map_or_else(|| "COLUMN=Fz N".to_owned(), answer)]
             }
-            Self::LoadUnit(numbers) => {
-                let of = |number: &usize| {
-                    let column = &columns[*number - 1];
-                    let unit = match column.is {
-                        ColumnRole::Load(axis) if !axis.is_force() => "N·m",
-                        _ if column.named.is_mass() => "g",
+            About::Gauges => {
+                let gauge = { asked }.next_back();
+                let key = gauge.map_or_else(|| "COLUMN".to_owned(), |own| own.key(columns));
+                vec![format!("{key}=gauge")]
+            }
+            About::LoadUnit => {
+                let answer = |own: &ColumnReport| {
+                    let unit = match (own.is_moment(), own.named.is_mass()) {
+                        (true, _) => "N·m",
+                        (_, true) => "g",
                         _ => "N",
                     };
-                    format!("{}={} {unit}", key(*number), column.is)
+                    format!("{}={} {unit}", own.key(columns), own.is)
                 };
-                numbers.iter().map(of).collect()
+                asked.map(answer).collect()
             }
         }
     }
 
     pub(crate) fn text(&self, columns: &[ColumnReport]) -> String {
-        let names = |numbers: &[usize]| -> String {
-            let name = |number: &usize| match columns.get(number - 1) {
-                Some(column) if !column.named.name.is_empty() => column.named.name.clone(),
-                _ => format!("column {number}"),
-            };
-            listed(&numbers.iter().map(name).collect::<Vec<_>>())
+        let name = |number: &usize| match columns.get(number - 1) {
+            Some(column) if !column.named.name.is_empty() => column.named.name.clone(),
+            _ => format!("column {number}"),
         };
-        match self {
-            Self::ReferenceClock(numbers) => format!(
-                "These columns also increase steadily like a time: {}. If one of them is the time of the reference load, give it the role Reference clock.",
-                names(numbers)
+        let names = listed(&self.columns.iter().map(name).collect::<Vec<_>>());
+        match self.about {
+            About::ReferenceClock => format!(
+                "These columns also increase steadily like a time: {names}. If one of them is the time of the reference load, give it the role Reference clock."
             ),
-            Self::LoadAxis(numbers) => format!(
-                "Which of these columns is the reference load, and on which axis: {}?",
-                names(numbers)
-            ),
-            Self::Load(numbers) => format!(
-                "Which column is the reference load? These are read as gauges: {}.",
-                names(numbers)
-            ),
-            Self::LoadUnit(numbers) => format!(
-                "Which unit does the load have in {}? The file gives none, and the values need not be N or N·m. For counts, give the counts per unit, e.g. Fx=Fx N/1000.",
-                names(numbers)
+            About::LoadAxis => {
+                format!("Which of these columns is the reference load, and on which axis: {names}?")
+            }
+            About::Gauges => "There is no gauge. Which columns are the gauges?".to_owned(),
+            About::Load if self.columns.is_empty() => {
+                "There is no reference load. Which column is it?".to_owned()
+            }
+            About::Load => {
+                format!("Which column is the reference load? It may be one of these: {names}.")
+            }
+            About::LoadUnit => format!(
+                "Which unit does the load have in {names}? The file gives none, and the values need not be N or N·m. For counts, give the counts per unit, e.g. Fx=Fx N/1000."
             ),
         }
     }
@@ -169,6 +198,10 @@ pub fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option<String
 }
 
 impl ColumnReport {
+    fn is_moment(&self) -> bool {
+        matches!(self.is, ColumnRole::Load(axis) if !axis.is_force())
+    }
+
     /// Returns the axis that the column is if it is the only load, and its unit if that is one of a force or a moment.
     fn usual_load(&self) -> (Axis, Option<&str>) {
         let unit = self.unit.as_deref();

@@ -38,7 +38,7 @@ pub fn read(
         let reading = Reading::whole(progress);
         let read = reading.load(&at, map.as_ref());
         let is_unsure = match &read {
-            Ok(loaded) => !loaded.is_certain,
+            Ok(loaded) => !loaded.mapped.is_certain,
             Err(error) => error.wants_a_map(),
         };
         if map.is_none()

@@ -221,10 +221,10 @@ impl Rows {
     fn reserve(&mut self, n_rows: usize, plan: &Plan) {
         let widths = [
             1,
-            plan.gauge_names.len(),
-            plan.auxiliary_names.len(),
+            plan.gauges.names.len(),
+            plan.auxiliary.names.len(),
             plan.axes.len(),
-            plan.channel_names.len(),
+            plan.others.names.len(),
             plan.pose_width(),
         ];
         for ((_, values), width) in self.lists().into_iter().zip(widths) {
@@ -341,7 +341,7 @@ impl Rows {
             let cause = Cause::DecimalComma { column: plan.column(index), value: cell.shown() };
             self.findings.note(self.n_lines, cause);
         }
-        let n_extra = row.count();
+        let n_extra = row.filter(|cell| !cell.is_blank()).count();
         if n_extra > 0 {
             let expected = plan.uses.len();
             let actual = expected + n_extra;

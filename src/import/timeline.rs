@@ -8,7 +8,12 @@ use crate::recording::{
 };
 
 /// Minimum number of pauses from which the rows of a file are taken to come in bursts, see [`bursts`].
-const FEWEST_BURSTS: usize = 20;
+const FEWEST_BURSTS: usize = 5;
+/// Maximum median number of rows between two long steps for which the rows are taken to be written at events, such as a
+/// change of the load. Long steps are then as usual as short ones.
+const ROWS_BETWEEN_EVENTS: f64 = 3.0;
+/// Minimum length of a gap between rows that are written at events, in median long steps.
+const GAP_IN_LONG_STEPS: f64 = 20.0;
 /// Maximum mean number of rows between two pauses for which rows are taken to come in bursts, see [`bursts`].
 const STEPS_PER_BURST: usize = 50;
 /// Maximum median pause (s) for which rows are taken to come in bursts. A logger writes its rows at least once a second;
@@ -48,6 +53,8 @@ struct Bursts {
     rows: (usize, usize),
     n_pauses: u64,
     pause_secs: f64,
+    /// Shortest pause (s) that starts a new recording.
+    gap_secs: f64,
 }
 
 /// Finds the rows at which recordings start: where time goes back, and after a pause of more than `gap_secs`. If it is
@@ -57,7 +64,7 @@ pub fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
     let gap = gap_secs.unwrap_or_else(|| {
         cuts.bursts = bursts(times);
         match cuts.bursts {
-            Some(_) => GAP_BETWEEN_BURSTS_SECS,
+            Some(bursts) => bursts.gap_secs,
             None => gap_by_steps(times),
         }
     });
@@ -118,29 +125,39 @@ pub fn spread(times: &mut [f64]) {
     }
 }
 
-/// Returns the longest time step (s) over which a reference is interpolated: 20 median steps, or [`GAP_BETWEEN_BURSTS_SECS`]
-/// if rows come in bursts.
+/// Returns the longest time step (s) over which a reference is interpolated: 20 median steps, or the shortest gap if rows come
+/// in bursts.
 pub fn longest_bridge(times: &[f64]) -> f64 {
     match bursts(times) {
-        Some(_) => GAP_BETWEEN_BURSTS_SECS,
+        Some(bursts) => bursts.gap_secs,
         None => steps_of_a_pause(times),
     }
 }
 
-/// Returns the pauses between bursts of rows. `None` if rows do not come in bursts: there are too few pauses, there are too
-/// many rows between them, or the median pause is too long.
+/// Returns the pauses between bursts of rows, or the long steps between rows that are written at events. A gap is a rare
+/// interruption, so steps that are usual in a file are none. `None` if there are too few long steps, there are too many rows
+/// between them, or the median of them is too long.
 fn bursts(times: &[f64]) -> Option<Bursts> {
     let shortest = steps_of_a_pause(times);
     let steps = times.windows(2).map(|pair| pair[1] - pair[0]).enumerate();
-    let pauses: Vec<(usize, f64)> =
-        steps.filter(|&(_, step)| step > shortest && step <= GAP_BETWEEN_BURSTS_SECS).collect();
-    let is_rhythm = pauses.len() >= FEWEST_BURSTS && pauses.len() * STEPS_PER_BURST >= times.len();
+    let mut pauses: Vec<(usize, f64)> = steps.filter(|(_, step)| *step > shortest).collect();
+    let between = median(pauses.windows(2).map(|pair| (pair[1].0 - pair[0].0) as f64));
+    let is_at_events = between.is_some_and(|n_rows| n_rows <= ROWS_BETWEEN_EVENTS);
+    let mut gap_secs = GAP_BETWEEN_BURSTS_SECS;
+    if is_at_events {
+        let usual = median(pauses.iter().map(|(_, step)| *step))?;
+        gap_secs = gap_secs.max(GAP_IN_LONG_STEPS * usual);
+    }
+    pauses.retain(|(_, step)| *step <= gap_secs);
+    let is_often = is_at_events || pauses.len() * STEPS_PER_BURST >= times.len();
+    let is_rhythm = pauses.len() >= FEWEST_BURSTS && is_often;
     let pause_secs = median(pauses.iter().map(|(_, step)| *step))?;
     let (first, last) = (pauses.first()?, pauses.last()?);
     (is_rhythm && pause_secs <= LONGEST_BURST_PAUSE_SECS).then_some(Bursts {
         rows: (first.0 + 1, last.0 + 1),
         n_pauses: pauses.len() as u64,
         pause_secs,
+        gap_secs,
     })
 }
 
@@ -265,8 +282,7 @@ impl Cuts {
             rows.note_rows(first, last, count, cause);
         }
         if let Some(bursts) = self.bursts {
-            let cause =
-                Cause::Bursts { pause_secs: bursts.pause_secs, gap_secs: GAP_BETWEEN_BURSTS_SECS };
+            let cause = Cause::Bursts { pause_secs: bursts.pause_secs, gap_secs: bursts.gap_secs };
             let (first, last) = bursts.rows;
             rows.note_rows(first, last, bursts.n_pauses, cause);
         }
@@ -303,6 +319,23 @@ mod tests {
             assert_eq!((bursts.rows, bursts.n_pauses), ((15, 585), 39));
             assert!((bursts.pause_secs - pause).abs() < 1e-9);
         }
+    }
+
+    /// A testing machine writes a row when the load or the travel has changed by some amount.
+    #[test]
+    fn rows_written_at_events_are_one_recording() {
+        let mut times = vec![0.0];
+        let mut add = |n: u32, step: &dyn Fn(u32) -> f64| {
+            (0..n).for_each(|k| times.push(times[times.len() - 1] + step(k)));
+        };
+        add(900, &|_| 0.01);
+        add(15, &|k| 0.3 + 0.15 * f64::from(k));
+        add(800, &|k| if k < 40 && k % 3 == 0 { 0.3 } else { 0.01 });
+        let found = cuts(&times, None);
+        assert_eq!((found.starts, found.bursts.map(|own| own.n_pauses)), (vec![], Some(29)));
+        // A break of half a minute is still one.
+        times.push(times[times.len() - 1] + 30.0);
+        assert_eq!(cuts(&times, None).starts.len(), 1);
     }
 
     #[test]

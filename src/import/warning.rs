@@ -42,7 +42,7 @@ pub enum Cause {
     )]
     WrappedClock { from_secs: f64, to_secs: f64 },
     #[error(
-        "rows come in bursts, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
+        "rows come in bursts or at events, with pauses of about {pause_secs:.2} s that end no recording. Only a pause longer than {gap_secs} s ends a recording. To change this time, set \"gap_secs\" in a column map"
     )]
     Bursts { pause_secs: f64, gap_secs: f64 },
     #[error("the newest row comes first in the file, so the order of the rows is reversed")]
@@ -72,6 +72,10 @@ pub enum Cause {
         listed(others)
     )]
     SeveralTimes { used: String, others: Vec<String> },
+    #[error(
+        "{n_tables} tables stand side by side, each with its clock. Only columns {first} to {last} are read; to read another table, give one of its columns a role by its number, e.g. --columns \"{}=Fz N\"", last + 2
+    )]
+    SideBySide { n_tables: usize, first: usize, last: usize },
     #[error(
         "several columns could be the reference load. Used: {}. Ignored: {}. To use other columns, choose them in a column map (\"is\": \"Fx\" and so on)",
         listed(used),

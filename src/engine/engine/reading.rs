@@ -126,7 +126,7 @@ impl Engine {
                 "{name}: {asked} Answer with the menu of each channel in Import > Channels."
             );
             self.notice(Level::Warning, text);
-        } else if let Some(note) = unit_note(&loaded.without_unit) {
+        } else if let Some(note) = unit_note(&loaded.mapped.without_unit) {
             self.notice(Level::Info, format!("{name}: {note}"));
         }
     }

@@ -10,16 +10,19 @@ use words::{LONGEST, is_known, plain, plain_kind};
 
 use crate::recording::{
     Axis,
-    units::{TimeUnit, force_in_newtons, moment_in_newton_metres, temperature_in_celsius},
+    units::{
+        TimeUnit, angle_in_radians, force_in_newtons, moment_in_newton_metres,
+        temperature_in_celsius,
+    },
 };
 
 /// Units that may follow a gauge's name without brackets, as in `S1 mV`. In brackets, a gauge may have any unit.
-const GAUGE_UNITS: &str = "v mv uv µv counts count lsb raw adc ohm ohms strain pf";
+const GAUGE_UNITS: &str = "volt volts v mv uv µv counts count lsb raw adc ohm ohms strain pf";
 /// Units that only gauges have. A column with one of these units is a gauge, whatever its name.
 const GAUGE_ONLY_UNITS: &str =
     "mv/v uv/v µv/v μv/v v/v um/m µm/m μm/m ustrain µstrain µε με microstrain";
 /// Units of a voltage.
-const VOLTS: &str = "V mV uV µV";
+const VOLTS: &str = "V mV uV µV Volt Volts";
 /// French word that means time, and also weather. A column with this name is a time only if its unit is one of time.
 const TIME_WITH_UNIT: &str = "temps";
 
@@ -28,7 +31,7 @@ pub struct ColumnName {
     /// Name of the column as written, without a unit in brackets.
     pub name: String,
     pub kind: Option<Kind>,
-    /// Unit as written: any text in brackets, or a known unit behind the name.
+    /// Unit as written: any text in brackets, a known unit behind the name, or a name that is a unit of a load.
     pub unit: Option<String>,
     /// Topic or struct in front of the name, such as `run` in `run.S1`; empty if the name is not a path.
     pub source: String,
@@ -36,7 +39,11 @@ pub struct ColumnName {
 
 impl ColumnName {
     pub fn parse(cell: &str) -> Self {
-        let (name, bracketed) = split_brackets(cell.trim());
+        let (stem, bracketed) = split_brackets(cell.trim());
+        // A word in round brackets that is no unit belongs to the name, as in `Load (filtered)`.
+        let is_remark = cell.trim_end().ends_with(')') && bracketed.is_some_and(is_plain_word);
+        let bracketed = bracketed.filter(|_| !is_remark);
+        let name = stem;
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
         let plain_name = |kind, unit| Understood { kind, unit, source: String::new() };
@@ -57,8 +64,12 @@ impl ColumnName {
         let is_time =
             |unit: &str| plain(name) == TIME_WITH_UNIT && TimeUnit::from_name(unit).is_some();
         let unit = bracketed.or(unit);
+        let bare = || {
+            (name.len() > 1 && is_load_unit(name) && !words::is_other_unit(name)).then_some(name)
+        };
+        let unit = unit.or_else(bare);
         Self {
-            name: name.to_owned(),
+            name: if is_remark { cell.trim() } else { name }.to_owned(),
             kind: kind
                 .or_else(|| unit.is_some_and(is_time).then_some(Kind::Time))
                 .or_else(|| unit.is_some_and(is_of_gauges_alone).then_some(Kind::Gauge))
@@ -142,8 +153,13 @@ impl ColumnName {
     /// Returns true if the name or the unit is that of a quantity that is neither a load nor the signal of a gauge, such as a
     /// displacement, a stress or the spread of other values.
     pub fn is_other_quantity(&self, unit: Option<&str>) -> bool {
-        unit.is_some_and(|unit| words::is_other_unit(&unit.trim().to_lowercase()))
-            || self.has(words::is_displacement)
+        // A strain has no unit, so that `%` or `mm/mm` says nothing about it.
+        let is_other = |unit: &str| {
+            let is_ratio = unit.contains('/') && !is_of_gauges_alone(unit);
+            (is_ratio || words::is_other_unit(&unit.trim().to_lowercase()))
+                && !(self.has(words::is_strain) && is_one_of(unit.trim(), words::STRAIN_UNITS))
+        };
+        unit.is_some_and(is_other) || self.has(words::is_displacement)
     }
 
     /// Returns true if the unit is volts, or the name has a word for an electrical signal or its digits, such as `voltage` or
@@ -161,6 +177,10 @@ impl ColumnName {
     /// Returns the unit behind a name whose kind is unknown, as in `Mass_kg`.
     pub fn unit_behind_name(&self) -> Option<String> {
         let (start, unit) = self.name.rsplit_once(['_', ' ', '/'])?;
+        if let Some(above) = start.strip_suffix("_per").or_else(|| start.strip_suffix(" per")) {
+            let above = above.rsplit(['_', ' ']).next().unwrap_or_default();
+            return Some(format!("{above}/{unit}"));
+        }
         let is_time = TimeUnit::from_name(unit).is_some() && unit.len() > 1
             || unit == "s" && words::is_clock(&words_of(&start.to_lowercase()));
         let is_load = || words::is_load(&words_of(&start.to_lowercase()));
@@ -229,6 +249,17 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
         Some((name, unit)) if is_known_unit(unit.trim()) => (name.trim_end(), Some(unit.trim())),
         _ => (cell, None),
     }
+}
+
+/// Returns true if the text in brackets is a word that is no known unit: `filtered`. Unknown units are short.
+fn is_plain_word(inside: &str) -> bool {
+    const LONGEST_UNIT_BYTES: usize = 3;
+    inside.len() > LONGEST_UNIT_BYTES
+        && inside.chars().all(|c| c.is_alphabetic() || c == ' ')
+        && !is_known_unit(inside)
+        && temperature_in_celsius(inside).is_none()
+        && angle_in_radians(inside).is_none()
+        && !words::is_other_unit(&inside.to_lowercase())
 }
 
 /// Returns true if the text in brackets is no unit but an index or the number of a repeated name: `0`, `1,2`, `0:3`.

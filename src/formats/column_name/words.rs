@@ -28,7 +28,7 @@ const BEFORE_DIRECTION: &str = "in en axe eje asse eixo axis";
 /// Words that may stand behind the letter x, y or z of a load axis, as in `x axis`.
 const AFTER_DIRECTION: &str = "axis achse richtung direction 轴 軸 方向 向";
 /// Words for a load whose axis is unknown, in lower case, besides the words for forces and moments.
-const LOADS: &str = "load last weight effort carico carga mass masse gewicht peso poids massa masa нагрузка масса вес φορτίο 质量 重量";
+const LOADS: &str = "load last thrust schub weight effort carico carga mass masse gewicht peso poids massa masa нагрузка масса вес φορτίο 质量 重量";
 /// Words among [`LOADS`] for a mass. The load is then the weight of the mass.
 const MASSES: &str = "mass masse weight gewicht peso poids massa masa масса вес 质量 重量";
 /// Words in names of raw signals. A name with one of them and a word for a load, such as `load cell`, is the name of a gauge.
@@ -45,12 +45,14 @@ const COUNTERS: &str = "\
 const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
     distance déplacement desplazamiento spostamento";
-/// Words for the spread of values, which is no signal.
-const SPREADS: &str = "std stdev stddev sd sigma var variance";
-/// Units of quantities that are neither a load nor the signal of a gauge, in lower case.
+/// Words for the spread of values and for a stress, which are no signals.
+const SPREADS: &str = "std stdev stddev sd sigma var variance stress";
+/// Words for a strain, and the units that it may have.
+const STRAINS: &str = "strain dehnung verformung deformación déformation 应变 ひずみ";
+pub const STRAIN_UNITS: &str = "% - 1 mm/mm m/m in/in";
+/// Units of quantities that are neither a load nor the signal of a gauge, in lower case. Ratios such as `mm/s` count too.
 const OTHER_UNITS: &str = "\
-    mm cm m um µm μm nm km in inch mm/s m/s mm/s^2 m/s^2 m/s² m/s^3 deg ° rad deg/s rad/s °/s % - mpa kpa pa gpa bar mbar psi \
-    n/mm^2 n/mm² n/mm2 °c degc ℃ °f hz rpm 1/min w kw";
+    mm cm m um µm μm nm km in inch deg ° rad % - mpa kpa pa gpa bar mbar psi °c degc ℃ °f hz rpm w kw db dbm byte bytes";
 /// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
 const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \
@@ -108,12 +110,12 @@ pub fn is_load(words: &[&str]) -> bool {
     // load.
     !has(RAW)
         && (long.any(is_load)
-            || has("fx fy fz mx my mz tx ty tz")
+            || has("fx fy fz mx mz") && !is_counter(words)
             || (has(REFERENCES) && has("f m")))
 }
 
 pub fn is_moment(words: &[&str]) -> bool {
-    words.iter().any(|word| word.len() > 1 && is_one_of(word, MOMENTS))
+    words.iter().any(|word| is_one_of(word, "mx mz") || word.len() > 1 && is_one_of(word, MOMENTS))
 }
 
 pub fn is_mass(words: &[&str]) -> bool {
@@ -129,7 +131,12 @@ pub fn is_clock(words: &[&str]) -> bool {
 }
 
 pub fn is_counter(words: &[&str]) -> bool {
-    words.iter().any(|word| is_one_of(word, COUNTERS))
+    // A single letter may be a unit, as in `factor_N_per_mm`.
+    words.iter().any(|word| is_one_of(word, COUNTERS) && (word.len() > 1 || words.len() == 1))
+}
+
+pub fn is_strain(words: &[&str]) -> bool {
+    words.iter().any(|word| is_one_of(word, STRAINS))
 }
 
 pub fn is_signal(words: &[&str]) -> bool {
@@ -176,6 +183,11 @@ pub fn axes_of_quantity(word: &str) -> Option<&'static [Axis]> {
 
 /// Returns the load axis of a column name, which is in lower case without separators: `fx`, `momentx`, `xkraft`, `x方向力`.
 pub fn axis_of(plain: &str) -> Option<Axis> {
+    // The controllers of UR number the parts of the wrench.
+    let numbered = plain.strip_prefix("actual").unwrap_or(plain).strip_prefix("tcpforce");
+    if let Some(number) = numbered {
+        return Axis::ALL.get(number.parse::<usize>().ok()?).copied();
+    }
     let bare = REFERENCES.split(' ').find_map(|word| plain.strip_prefix(word)).unwrap_or(plain);
     quantities().into_iter().find_map(|(words, axes)| {
         let (symbols, long): (Vec<&str>, Vec<&str>) =

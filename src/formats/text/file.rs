@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::blocks::Blocks;
 use super::cells::{is_skipped, lines};
 use super::encoding::{Encoding, Text};
-use super::layout::{self, Head, detect, locate};
+use super::layout::{self, HEAD_BYTES, Head, detect, locate};
 use super::written::TextLayout;
 use crate::{
     formats::{
@@ -28,8 +28,6 @@ pub(in crate::formats) const FORMAT: Format = Format {
     read: |_| Ok(None),
 };
 
-/// Minimum number of first bytes of a file in which the header of its table is searched.
-const HEAD_BYTES: usize = 1 << 16;
 /// Minimum and maximum number of bytes that are read at each of the places from which sample rows are taken.
 const PLACE_BYTES: std::ops::RangeInclusive<usize> = 4 << 10..=128 << 10;
 /// Number of blocks per thread, enough for an even share of the work among threads.
@@ -101,7 +99,8 @@ impl TextFile {
 
     /// Returns the number of rows in the file, estimated from the length of the first rows.
     pub(in crate::formats) fn about_rows(&self, head: &Head) -> u64 {
-        let rows = &self.head[head.n_bytes.min(self.head.len())..];
+        let end = head.end_bytes.unwrap_or(self.head.len());
+        let rows = &self.head[head.n_bytes.min(end)..end];
         let n_rows = lines(rows).filter(|line| !is_skipped(line)).count() as f64;
         let text_bytes = self.blocks.text.file_bytes / self.encoding().bytes_per_character();
         let share =
@@ -125,6 +124,8 @@ impl TextFile {
         mut take: impl FnMut(Vec<R>, f64),
     ) -> Result<(), FileError> {
         let Self { mut blocks, head: mut start, .. } = self;
+        // A table that ends in the first bytes of the file is in them as a whole.
+        start.truncate(head.end_bytes.unwrap_or(start.len()));
         let rest = start.split_off(head.n_bytes);
         drop(start);
         let bytes_per_character = blocks.text.encoding.bytes_per_character();

@@ -42,13 +42,18 @@ pub const TIME_SPELLINGS: &str =
 
 impl TimeSpelling {
     pub fn from_name(unit: &str) -> Option<Self> {
-        Some(match unit.trim().to_lowercase().as_str() {
+        // `hh:mm:ss.fff` and `dd.mm.yyyy` are spelled with one letter each.
+        let mut letters: Vec<char> = unit.trim().to_lowercase().chars().collect();
+        letters.dedup();
+        let short: String = letters.into_iter().collect();
+        Some(match short.as_str() {
             "samples" | "sample" => Self::Samples,
             "unix" => Self::Number(TimeUnit::Seconds),
             "iso8601" | "iso 8601" => Self::Text(TimeForm::Date(DateOrder::YearMonthDay)),
             "d.m.y" | "d/m/y" => Self::Text(TimeForm::Date(DateOrder::DayMonthYear)),
             "m/d/y" => Self::Text(TimeForm::Date(DateOrder::MonthDayYear)),
-            "h:m:s" => Self::Text(TimeForm::TimeOfDay),
+            "y-m-d" | "y/m/d" => Self::Text(TimeForm::Date(DateOrder::YearMonthDay)),
+            "h:m" | "h:m:s" | "h:m:s.f" | "h:m:s.s" | "h:m:s.m" => Self::Text(TimeForm::TimeOfDay),
             _ => Self::Number(TimeUnit::from_name(unit)?),
         })
     }

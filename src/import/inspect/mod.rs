@@ -14,7 +14,8 @@ pub use super::question::Question;
 
 use super::abandonable::abandonable;
 use super::column_report::reports;
-use super::load::{Mapped, Reading, mapped};
+use super::load::Reading;
+use super::proposal::{Mapped, mapped};
 use super::question::answer;
 use super::two_clocks::{self, Table};
 use crate::{
@@ -28,10 +29,11 @@ use crate::{
         error::{ReadError, of_file},
         join::Series,
         map::{ColumnMap, TableMap},
+        warning::Cause,
     },
     min_max::MinMax,
     progress::Progress,
-    recording::{Axis, Recording},
+    recording::{Axis, Missing, Recording},
 };
 
 /// Number of bytes of a file that are read for the preview. They hold thousands of rows, and reading them takes no noticeable
@@ -122,6 +124,9 @@ pub struct Check {
     pub gauges: Vec<String>,
     /// Axes of the reference load that would be loaded.
     pub axes: Vec<Axis>,
+    /// What a calibration still lacks.
+    #[serde(skip)]
+    pub missing: Option<Missing>,
     /// Shortest pause in the rows (s) that starts a new recording, if it was derived from rows in bursts because the map sets
     /// none.
     pub assumed_gap_secs: Option<f64>,
@@ -165,7 +170,7 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
         Known::Nothing => (None, None),
     };
     let found = mapped(path, &opened, given, layout);
-    let (Mapped { mut map, columns, questions, .. }, error) = match found {
+    let (Mapped { mut map, columns, mut questions, notes, .. }, error) = match found {
         Ok(found) => (found, None),
         Err(ReadError::Cancelled) => return Err(ReadError::Cancelled),
         Err(error) => {
@@ -175,7 +180,6 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
     if let (None, Some(text)) = (given, layout.cloned().or_else(|| opened.layout())) {
         map.table.text = text;
     }
-    let answer = answer(&questions, &columns);
     let reference = map.reference.as_ref().and_then(|file| {
         let path = two_clocks::reference_path(path, file);
         let opened = reading.open(&path, &file.table.text.parts).ok()?;
@@ -193,8 +197,11 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
     }
     let check = match error {
         Some(error) => Check { is_sample, error: Some(error.to_string()), ..Check::default() },
-        None => check(path, &reading, &map, [is_sample, may_skip_rows])?,
+        None => check(path, &reading, &map, notes, [is_sample, may_skip_rows])?,
     };
+    let missing = Question::about_missing(check.missing, &questions, &table.columns);
+    questions.extend(missing);
+    let answer = answer(&questions, &table.columns);
     Ok(Inspection { table, reference, map, questions, answer, check })
 }
 
@@ -306,15 +313,19 @@ fn check(
     path: &Path,
     reading: &Reading,
     map: &ColumnMap,
+    notes: Vec<Cause>,
     [is_sample, may_skip_rows]: [bool; 2],
 ) -> Result<Check, ReadError> {
     let mut check = Check { is_sample, ..Check::default() };
-    let loaded = reading.sides(path, Some(map)).and_then(|sides| {
+    let loaded = reading.sides(path, Some(map)).and_then(|mut sides| {
+        for note in notes {
+            sides.gauges.rows.findings.note(sides.gauges.plan.line, note);
+        }
         if let Some(reference) = &sides.reference {
             check.clock_offset = estimated_offset(&sides.gauges, reference);
         }
         if !may_skip_rows {
-            sides.check_skipped(path)?;
+            sides.check_skipped()?;
         }
         sides.joined()
     });
@@ -334,6 +345,7 @@ fn check(
     Ok(Check {
         gauges: first.gauge_names().to_vec(),
         axes: first.axes().to_vec(),
+        missing: loaded.recordings.iter().find_map(Recording::missing),
         recordings: loaded.recordings.iter().map(report).collect(),
         warnings: loaded.warnings,
         assumed_gap_secs: loaded.assumed_gap_secs,
@@ -345,7 +357,7 @@ fn estimated_offset(gauges: &Table, reference: &Table) -> Option<ClockOffset> {
     let series = |times, values, width| Series { times, values, width };
     let (left, right) = (&gauges.rows, &reference.rows);
     clock_offset::estimate(
-        series(&left.times, &left.gauges, gauges.plan.gauge_names.len()),
+        series(&left.times, &left.gauges, gauges.plan.gauges.names.len()),
         series(&right.times, &right.loads, reference.plan.axes.len()),
     )
 }

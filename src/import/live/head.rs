@@ -299,9 +299,7 @@ impl LiveHead {
         let is_early = !is_all && rows.len() < ROWS_FOR_A_FORM;
         let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
         let begin = |lines: Vec<String>| LiveTable::begin(&lines, source, n_needed);
-        let is_no_time = |table: &Result<_, _>| {
-            matches!(table, Err(ReadError::Table { source: TableError::NoTime { .. }, .. }))
-        };
+        let is_no_time = |table: &Result<_, _>| matches!(table, Err(ReadError::Table { source, .. }) if source.is_about_time());
         let table = match (form, &self.header) {
             (RowForm::Table, Some(header)) => {
                 let last = without_stamp(&rows[rows.len() - 1].line).1;

@@ -5,7 +5,7 @@ use crate::{
     finding::{Advice, Way},
     import::map::{
         header::KeyError,
-        role::{Attitude, ColumnRole, PosePart},
+        role::{Attitude, ColumnRole},
     },
 };
 
@@ -29,16 +29,10 @@ pub enum MapError {
     )]
     Version { found: String, known: u32 },
     #[error(
-        "the pose of the sensor has a position but no orientation; give columns of the file the roles {}",
+        "the pose of the sensor needs one whole orientation and no part of another one; give columns of the file the roles {}",
         Attitude::listed()
     )]
-    NoAttitude,
-    #[error("the pose of the sensor has no {}; choose the column that holds it", missing.words())]
-    PoseIncomplete { missing: PosePart },
-    #[error(
-        "\"{first}\" and \"{second}\" both give the orientation of the sensor; keep one of them, and give the columns of the other the role \"ignore\""
-    )]
-    TwoPoses { first: ColumnRole, second: ColumnRole },
+    Pose,
     #[error(
         "\"weight\" needs the pose of the sensor, but no column has a role of the pose; give the columns of the pose the roles pose_qw, pose_qx and so on"
     )]

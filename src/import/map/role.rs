@@ -74,20 +74,6 @@ impl PosePart {
     /// Parts of a pose that make up the position. The position is needed only to compute the acceleration of the weight.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Returns a description of this part of the pose, such as "y component of the rotation vector".
-    pub fn words(self) -> String {
-        let name = <&str>::from(self).trim_start_matches("pose_");
-        let letters: Vec<char> = name.chars().collect();
-        match letters[..] {
-            ['q', part] => format!("{part} component of the quaternion"),
-            ['r', part] => format!("{part} component of the rotation vector"),
-            ['r', row, column] => {
-                format!("element in row {row}, column {column} of the rotation matrix")
-            }
-            _ => format!("{name} angle"),
-        }
-    }
-
     /// Returns true if this part of the pose is an angle or a component of a rotation vector, so that its unit is rad or deg.
     pub const fn is_angle(self) -> bool {
         matches!(self, Self::Roll | Self::Pitch | Self::Yaw | Self::Rx | Self::Ry | Self::Rz)

@@ -78,20 +78,19 @@ impl Attitude {
     /// Returns how the columns of a table represent the orientation of the sensor. `None` if there is no pose. Returns an
     /// error if columns of the orientation are missing, or if two representations are mixed.
     pub fn of_table(table: &TableMap) -> Result<Option<Self>, MapError> {
-        let has = |part: &PosePart| table.has_role(ColumnRole::Pose(*part));
-        let begun = Self::ALL.into_iter().filter(|attitude| attitude.parts().iter().any(has));
-        let begun: Vec<Self> = begun.collect();
-        match begun[..] {
-            [] if PosePart::POSITION.iter().any(has) => Err(MapError::NoAttitude),
-            [] => Ok(None),
-            [attitude] => match attitude.parts().iter().find(|part| !has(part)) {
-                None => Ok(Some(attitude)),
-                Some(missing) => Err(MapError::PoseIncomplete { missing: *missing }),
-            },
-            [first, second, ..] => Err(MapError::TwoPoses {
-                first: ColumnRole::Pose(first.parts()[0]),
-                second: ColumnRole::Pose(second.parts()[0]),
-            }),
+        let of_pose = table.columns.iter().filter_map(|rule| match rule.is {
+            ColumnRole::Pose(part) => Some(part),
+            _ => None,
+        });
+        let of_pose: Vec<PosePart> = of_pose.collect();
+        let turns = of_pose.iter().filter(|part| !PosePart::POSITION.contains(part)).count();
+        let is_whole = |attitude: &Self| {
+            let parts = attitude.parts();
+            parts.len() == turns && parts.iter().all(|part| of_pose.contains(part))
+        };
+        match Self::ALL.into_iter().find(is_whole) {
+            None if !of_pose.is_empty() => Err(MapError::Pose),
+            attitude => Ok(attitude),
         }
     }
 }

@@ -8,16 +8,11 @@ mod parts;
 
 use super::named_column::NamedColumn;
 use crate::{
-    formats::text::{Head, TextLayout, times::TimeForm},
-    import::{
-        error::TableError,
-        map::{TableMap, WeightMap},
-    },
+    formats::text::{TextLayout, times::TimeForm},
     recording::Axis,
 };
-use making::Making;
 pub(super) use parts::{
-    AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use,
+    AUXILIARY_LIMIT, CHANNEL_LIMIT, Channels, GAUGE_LIMIT, PosePlan, Side, TimeScale, Use,
 };
 
 /// Use of each column of a file. Lists of columns have the order of the columns in the file.
@@ -36,15 +31,10 @@ pub struct Plan {
     pub since: i64,
     /// Index of the time column. `None` if the row number gives the time.
     pub time_column: Option<usize>,
-    pub gauge_names: Vec<String>,
-    /// Unit of each gauge; empty if unknown.
-    pub gauge_units: Vec<String>,
-    pub auxiliary_names: Vec<String>,
-    /// Unit of each auxiliary channel; empty if unknown.
-    pub auxiliary_units: Vec<String>,
-    /// Names and units of the channels that are only shown.
-    pub channel_names: Vec<String>,
-    pub channel_units: Vec<String>,
+    pub gauges: Channels,
+    pub auxiliary: Channels,
+    /// Channels that are only shown.
+    pub others: Channels,
     pub axes: Vec<Axis>,
     /// Plan for the columns of the sensor's pose, if the load is computed from the pose.
     pub pose: Option<PosePlan>,
@@ -97,68 +87,20 @@ impl Plan {
     pub fn pose_width(&self) -> usize {
         self.pose.as_ref().map_or(0, |pose| pose.width)
     }
-
-    /// Makes the plan for a file from a column map and the head of the file.
-    pub fn new(
-        table: &TableMap,
-        head: &Head,
-        side: Side,
-        weight: Option<&WeightMap>,
-    ) -> Result<Self, TableError> {
-        let making = Making::new(table, head, side)?;
-        let mut uses = making.uses()?;
-        let times = making.times(&mut uses)?;
-        let is_static = times.is_none();
-        let (time_column, time_scale) = times.unwrap_or((None, TimeScale::PerSecond(1.0)));
-        let (gauge_names, gauge_units) = making.gauges(&mut uses)?;
-        let (auxiliary_names, auxiliary_units) = making.auxiliary(&mut uses)?;
-        let (channel_names, channel_units) = making.channels(&mut uses);
-        let mut pose = making.pose(weight, &mut uses)?;
-        if let Some(pose) = pose.as_mut().filter(|_| is_static) {
-            // Without times, the acceleration of the weight cannot be computed, so its position is not needed.
-            pose.position = None;
-        }
-        let axes = making.loads(pose.is_some(), &mut uses)?;
-        if uses.iter().all(|usage| !usage.is_number() || usage.is_time() || *usage == Use::Ignored)
-        {
-            return Err(making.no_numbers());
-        }
-        let names = making.names(&gauge_names, &uses);
-        Ok(Self {
-            line: head.line,
-            text: table.text.clone(),
-            dropouts: making.dropouts(&uses),
-            uses,
-            names,
-            time_scale,
-            since: 0,
-            time_column,
-            gauge_names,
-            gauge_units,
-            auxiliary_names,
-            auxiliary_units,
-            channel_names,
-            channel_units,
-            axes,
-            pose,
-            may_be_blank: side != Side::Both,
-            is_static,
-        })
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::{plan_and_notes, plan_of_names};
     use super::*;
-    use crate::import::error::ReadError;
+    use crate::import::error::{ReadError, TableError};
 
     #[test]
     fn loads_come_in_axis_order_and_gauges_in_file_order() {
         let (plan, notes) = plan_and_notes("Tz_Nmm,S2,t,Fx [kN],S1 [mV/V]").unwrap();
         assert_eq!(plan.axes, [Axis::Fx, Axis::Mz]);
-        assert_eq!(plan.gauge_names, ["S2", "S1"]);
-        assert_eq!(plan.gauge_units, ["", "mV/V"]);
+        assert_eq!(plan.gauges.names, ["S2", "S1"]);
+        assert_eq!(plan.gauges.units, ["", "mV/V"]);
         let load = |slot, factor| Use::Load { slot, factor };
         assert_eq!(plan.uses[0], load(1, 1e-3));
         assert_eq!(plan.uses[3], load(0, 1e3));
@@ -184,17 +126,17 @@ mod tests {
         assert!(message("t,S1,Mx (N)").contains("unknown unit N. Known units: N·m"));
         assert!(message("t [week],S1").contains("unknown unit week. Known units: s, ms"));
         assert_eq!(plan_of_names("t,S1,Fx,ATI_Fx").axes, [Axis::Fx]);
-        assert_eq!(plan_of_names("t,S1 [V],x,S1 [mV]").gauge_names, ["S1", "S1 (2)"]);
+        assert_eq!(plan_of_names("t,S1 [V],x,S1 [mV]").gauges.names, ["S1", "S1 (2)"]);
     }
 
     #[test]
     fn sixty_four_gauges_are_the_limit() {
         let gauges = |n: usize| (0..n).map(|k| format!(",ch{k}")).collect::<String>();
-        assert_eq!(plan_of_names(&format!("t{}", gauges(64))).gauge_names.len(), 64);
+        assert_eq!(plan_of_names(&format!("t{}", gauges(64))).gauges.names.len(), 64);
         let error = plan_and_notes(&format!("t{}", gauges(70))).unwrap_err();
         assert!(matches!(
             error,
-            ReadError::Table { source: TableError::TooManyGauges { count: 70, .. }, .. }
+            ReadError::Table { source: TableError::TooMany { count: 70, .. }, .. }
         ));
         assert!(error.to_string().ends_with("ch6 and 63 more"));
     }

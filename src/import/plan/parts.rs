@@ -14,6 +14,24 @@ pub const AUXILIARY_LIMIT: usize = 8;
 /// Maximum number of channels that are only shown.
 pub const CHANNEL_LIMIT: usize = 64;
 
+/// Channels of one kind, in the order of their columns.
+#[derive(Clone, Debug, Default)]
+pub struct Channels {
+    pub names: Vec<String>,
+    /// Unit of each channel; empty if unknown.
+    pub units: Vec<String>,
+}
+
+impl Channels {
+    /// Adds a channel. If an earlier one has the same name, the name gets a number.
+    pub fn add(&mut self, name: String, unit: String) {
+        let numbered = (2..).map(|number| format!("{name} ({number})"));
+        let mut names = std::iter::once(name.clone()).chain(numbered);
+        self.names.extend(names.find(|name| !self.names.contains(name)));
+        self.units.push(unit);
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Use {
     Ignored,

@@ -6,21 +6,21 @@ impl Rows {
     /// Replaces each missing value of an auxiliary channel by the previous value of the channel, or by its first value if
     /// there is none before. Channels without any value are reported and removed.
     pub fn hold_auxiliary(&mut self, plan: &mut Plan, gap_secs: Option<f64>) {
-        let n = plan.auxiliary_names.len();
+        let n = plan.auxiliary.names.len();
         let known = |channel: usize| {
             let mut values = self.auxiliary.iter().skip(channel).step_by(n);
             values.any(|value| value.is_finite())
         };
         let is_kept: Vec<bool> = (0..n).map(known).collect();
-        for (name, _) in plan.auxiliary_names.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept)
+        for (name, _) in plan.auxiliary.names.iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept)
         {
             let names = vec![name.clone()];
             self.findings.note(plan.line, Cause::IgnoredColumns { names });
         }
         keep(&mut self.auxiliary, &is_kept);
-        keep(&mut plan.auxiliary_names, &is_kept);
-        keep(&mut plan.auxiliary_units, &is_kept);
-        let n = plan.auxiliary_names.len();
+        keep(&mut plan.auxiliary.names, &is_kept);
+        keep(&mut plan.auxiliary.units, &is_kept);
+        let n = plan.auxiliary.names.len();
         for channel in 0..n {
             self.note_held(channel, plan, gap_secs);
             let mut values = self.auxiliary.iter().skip(channel).step_by(n).copied();
@@ -34,7 +34,7 @@ impl Rows {
     /// Reports the rows in which an auxiliary channel has no value. A channel that is sampled slowly has values only in some
     /// rows. So its rows are reported only if it has no value for longer than a pause.
     fn note_held(&mut self, channel: usize, plan: &Plan, gap_secs: Option<f64>) {
-        let n_channels = plan.auxiliary_names.len();
+        let n_channels = plan.auxiliary.names.len();
         let is_known = |row: usize| self.auxiliary[row * n_channels + channel].is_finite();
         let (known, missing): (Vec<usize>, Vec<usize>) =
             (0..self.times.len()).partition(|row| is_known(*row));
@@ -67,11 +67,11 @@ impl Rows {
         };
         let secs = reported.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
         let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
-        let named = |index: &usize| plan.names[*index] == plan.auxiliary_names[channel];
+        let named = |index: &usize| plan.names[*index] == plan.auxiliary.names[channel];
         let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
         let cause = Cause::HeldAuxiliary {
             column: columns.find(named).map(|index| index + 1),
-            name: plan.auxiliary_names[channel].clone(),
+            name: plan.auxiliary.names[channel].clone(),
             n_rows: reported.iter().map(|(rows, _)| rows.len()).sum(),
             longest_secs: (!plan.is_static).then_some(secs),
         };

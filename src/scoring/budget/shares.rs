@@ -79,8 +79,8 @@ pub enum NoBudget {
     /// The error is zero.
     #[error("there is no error")]
     NoError,
-    /// The held-out error is many times the in-sample error.
-    #[error("the recordings load different axes, and the error comes from missing load cases")]
+    /// The held-out error is many times the in-sample error, as with recordings that load different axes or with few load cases.
+    #[error("the error comes from load cases that occur in one part of the samples only")]
     MissingLoads,
 }
 

@@ -154,7 +154,7 @@ fn question(
 ) {
     let Some(Open { questions, map }) = open else { return };
     let is_asked = |question: &&Question| {
-        question.columns().contains(&report.number) && question.is_open(map, reports)
+        question.columns.contains(&report.number) && question.is_open(map, reports)
     };
     let Some(question) = questions.iter().find(is_asked) else { return };
     ui.warn(question.short()).on_hover_text(question.text(reports));

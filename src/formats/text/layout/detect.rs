@@ -7,7 +7,7 @@ use super::{
         },
         times::TimeForm,
     },
-    start::{Line, first_lines, names, unbracketed},
+    start::{HEAD_BYTES, Line, first_lines, names, unbracketed},
 };
 use crate::formats::{
     column_name::{ColumnName, Kind, is_known_unit},
@@ -183,7 +183,8 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         let n = n_cells(*at);
         (n_filled.saturating_sub(1)..=n_row + 1).contains(&n) && (n > 1 || n_row == 1 && row == 1)
     };
-    let may_be = |at: &usize| !is_note(lines[*at].text);
+    let is_alone = |at: &usize| n_row > 1 && is_lone_word(lines[*at].text, delimiter);
+    let may_be = |at: &usize| !is_note(lines[*at].text) && !is_alone(at);
     let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
     let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
     let mut above = (0..row).rev().filter(may_be).filter(|at| !any_words || has_words(at));
@@ -195,6 +196,32 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         }
         _ => Some(nearest).filter(is_as_wide),
     }
+}
+
+/// Returns true if only one cell of a line is filled, and not with a value.
+pub fn is_lone_word(text: &[u8], delimiter: Delimiter) -> bool {
+    delimiter != Delimiter::Spaces && counts(text, delimiter) == (0, 1)
+}
+
+/// Returns the position where the table of a short file ends: at a blank line below its rows if no line after it is a row with
+/// as many cells. `None` if the table ends with the file.
+pub fn end_of_table(
+    head: &[u8],
+    all: &[Line],
+    n_lines: u64,
+    delimiter: Delimiter,
+) -> Option<usize> {
+    if head.len() >= HEAD_BYTES || all.last()?.end < head.len() {
+        return None;
+    }
+    let table = all.get(n_lines as usize..)?;
+    let n_cells = |line: &Line| Cells::new(line.text, delimiter).count();
+    let is_row = |line: &&Line| is_rowlike(line.text, delimiter);
+    let first = n_cells(table.iter().find(is_row)?);
+    let last = table.iter().rposition(|line| is_row(&line) && n_cells(line) == first)?;
+    let (blank, after) = table[last + 1..].split_first()?;
+    let is_blank = |line: &Line| line.text.trim_ascii().is_empty();
+    (is_blank(blank) && !after.iter().all(is_blank)).then_some(table[last].end)
 }
 
 /// Returns true if a line below the header is part of the header: it holds units, or names of columns whose cells in the first

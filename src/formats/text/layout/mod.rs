@@ -4,16 +4,22 @@
 mod detect;
 mod start;
 
+use detect::is_lone_word;
 pub(crate) use detect::{detect, is_header, is_units_row, words};
 
+pub(super) use self::start::HEAD_BYTES;
 pub(super) use self::start::names;
-use self::start::{first_lines, unbracketed};
+use self::start::{Line, first_lines, unbracketed};
 use super::{
     ati,
     cells::{Cells, is_skipped, lines},
     written::{Preamble, TextLayout},
 };
-use crate::formats::{column_name::ColumnName, columns::Sample};
+use crate::formats::{
+    column_name::{ColumnName, is_known_unit},
+    columns::Sample,
+};
+use crate::recording::units::force_in_newtons;
 
 /// Position and header of a table in its file, if the file has a given layout.
 #[derive(Debug, Default)]
@@ -33,6 +39,11 @@ pub struct Head {
     /// Position in the file where the first line that may be a row starts (bytes).
     pub n_bytes: usize,
     pub ati: Option<ati::Preamble>,
+    /// Unit of a load, and sample rate (Hz), from lines such as `# unit: kg` above the table.
+    pub load_unit: Option<String>,
+    pub rate_hz: Option<f64>,
+    /// Position in the file where the table ends (bytes), if other text follows it.
+    pub end_bytes: Option<usize>,
     /// Index of the time column for a reference with its own clock, if the file declares one.
     pub reference_time: Option<usize>,
 }
@@ -42,14 +53,39 @@ impl Head {
         self.names.get(index).map(|name| ColumnName::parse(name))
     }
 
-    /// Returns the unit of a column, from the header or from the units row.
+    /// Takes the unit of the load and the sample rate from lines above the table, such as `Unit=kN` and `# rate: 80 Hz`.
+    fn take_notes(&mut self, all: &[Line<'_>]) {
+        const UNITS: [&str; 4] = ["unit", "units", "einheit", "force unit"];
+        const RATES: [&str; 5] =
+            ["rate", "sample rate", "sampling rate", "sampling frequency", "abtastrate"];
+        let above = all.iter().take_while(|line| line.end <= self.n_bytes || is_skipped(line.text));
+        for line in above {
+            let text = String::from_utf8_lossy(line.text);
+            let Some((word, value)) = text.trim_start_matches(['#', ' ']).split_once([':', '='])
+            else {
+                continue;
+            };
+            let (word, value) = (word.trim().to_lowercase(), value.trim());
+            if UNITS.contains(&&*word) && force_in_newtons(value).is_some() {
+                self.load_unit = Some(value.to_owned());
+            }
+            let rate = value.trim_end_matches("Hz").trim_end().parse();
+            if let (true, Ok(rate)) = (RATES.contains(&&*word), rate) {
+                self.rate_hz = Some(rate).filter(|rate: &f64| *rate > 0.0);
+            }
+        }
+    }
+
+    /// Returns the unit of a column: from the units row if it is a known unit, else from the header or the units row.
     pub fn unit(&self, index: usize) -> Option<String> {
         let in_units_row = || {
             let unit = unbracketed(self.units.get(index)?);
             (!unit.is_empty()).then(|| unit.to_owned())
         };
-        let in_header = self.name(index).and_then(|name| name.unit);
-        in_header.or_else(in_units_row)
+        let below = in_units_row();
+        let is_known = below.as_deref().is_some_and(is_known_unit);
+        let in_header = || self.name(index).and_then(|name| name.unit);
+        if is_known { below } else { in_header().or(below) }
     }
 }
 
@@ -69,6 +105,7 @@ pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         ati,
         ..Head::default()
     };
+    start.take_notes(&all);
     if layout.header {
         let header = rows.next()?;
         start.line = header.number;
@@ -87,6 +124,12 @@ pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
             header
         };
         (start.n_lines, start.n_bytes) = (last.number, last.end);
+        // A word below the header, alone in its line, is no row: catman writes the sample rate there.
+        while let Some(line) =
+            rows.next_if(|line| start.n_columns > 1 && is_lone_word(line.text, delimiter))
+        {
+            (start.n_lines, start.n_bytes) = (line.number, line.end);
+        }
     } else {
         start.line = rows.peek()?.number;
         start.n_columns = most_frequent(
@@ -97,6 +140,7 @@ pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
             .filter(|names| names.len() == start.n_columns)
             .unwrap_or_default();
     }
+    start.end_bytes = detect::end_of_table(head, &all, start.n_lines, delimiter);
     Some(start)
 }
 
@@ -127,7 +171,7 @@ pub fn sample<'a>(
     places: &'a [Vec<u8>],
 ) -> Sample<'a> {
     let mut sample = Sample::default();
-    let first = first_lines(&head[start.n_bytes..], 0);
+    let first = first_lines(&head[start.n_bytes..start.end_bytes.unwrap_or(head.len())], 0);
     let row = |text| Some(layout.row(text)?.collect::<Vec<_>>());
     sample.add_place(first.iter().filter_map(|line| row(line.text)));
     for place in places {

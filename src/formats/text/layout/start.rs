@@ -15,6 +15,8 @@ use crate::formats::{
     },
 };
 
+/// Minimum number of first bytes of a file in which the header of its table is searched.
+pub(in crate::formats::text) const HEAD_BYTES: usize = 1 << 16;
 /// Number of first lines of a file that are inspected to find its table, not counting comments.
 const INSPECTED_LINES: usize = 200;
 
