@@ -35,7 +35,7 @@ use crate::{
         undo::History,
     },
     features::Thresholds,
-    import::ChannelRole,
+    import::ColumnChange,
     panicked::locked,
     questions::{
         Analysis, Candidates, Datasets, HistoryBlock, OnScreen, RecordingResult, Request, View,
@@ -71,8 +71,8 @@ pub enum Action {
     OpenBuiltIn(Option<Late>),
     /// Tare the recordings with these indices.
     Tare(Vec<usize>, Tare),
-    /// Give a channel of the recordings another role. Their files are read again.
-    SetRole(ChannelRole),
+    /// Read the files again with another role for one channel, or with another column map for one file.
+    ChangeColumns(ColumnChange),
     /// Remove the faulty samples (such as clipped or overloaded ones) from all recordings.
     LeaveOutFaulty,
     /// Write this content to the file at this path.

@@ -14,7 +14,7 @@ use crate::{
     },
     export::{TargetError, check_targets},
     finding::{Advice, Face},
-    import::{self, ChannelRole, map::ColumnMap, pose::WeightEstimate, with_role},
+    import::{self, ColumnChange, map::ColumnMap, pose::WeightEstimate},
     progress::Progress,
     questions::{
         Model,
@@ -96,15 +96,15 @@ impl Task {
     }
 
     /// Reads the files of the recordings again, with another role for one channel. `files` describes how they were read.
-    pub fn set_role(
+    pub fn change_columns(
         recordings: Arc<RecordingSet>,
         files: Vec<SessionFile>,
-        asked: ChannelRole,
+        change: ColumnChange,
     ) -> Self {
         Self::new("Reading again", move |progress| {
             let read = |file: &SessionFile| {
                 let (path, columns) = (&file.absolute, &file.columns);
-                let other = with_role(path, columns.as_ref(), &asked, progress);
+                let other = change.map_of(path, columns.as_ref(), progress);
                 let columns = other.map_err(because)?.or_else(|| columns.clone());
                 let part = SessionPart::at(
                     &SessionFile { columns, ..file.clone() },

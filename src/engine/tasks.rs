@@ -10,7 +10,7 @@ use crate::{
         query::{Background as _, Lane, Notify, Running},
         task::{Done, Task},
     },
-    import::{ChannelRole, map::ColumnMap},
+    import::{ColumnChange, map::ColumnMap},
     recording::{Recording, Tare, simulated::Late},
 };
 
@@ -30,8 +30,8 @@ pub enum InTurn {
     /// The recordings themselves are given, not their indices, because indices may change before this work starts.
     Tare(Vec<Arc<Recording>>, Tare),
     LeaveOutFaulty,
-    /// Reads the files again with another role for one channel.
-    SetRole(ChannelRole),
+    /// Reads the files again with changed columns.
+    ChangeColumns(ColumnChange),
     Simulate(Option<Late>),
 }
 

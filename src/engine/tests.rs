@@ -1073,6 +1073,25 @@ fn a_file_that_needs_a_column_map_is_imported_and_its_map_is_remembered() {
 }
 
 #[test]
+fn a_changed_column_map_reads_the_open_files_of_its_shape_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["x", "y"].map(|name| write_recording(folder.path(), name, false));
+    let mut engine = engine();
+    engine.act(Action::Open(paths.to_vec()));
+    settle(&mut engine);
+    engine.act(Action::Import(ImportCommand::Open(paths[0].clone())));
+    settle(&mut engine);
+    let map = nameless_map(&engine.importing.as_ref().unwrap().map);
+    engine.act(Action::Import(ImportCommand::SetMap(Box::new(map.clone()))));
+    settle(&mut engine);
+    engine.act(Action::Import(ImportCommand::Load));
+    settle(&mut engine);
+    assert_eq!(names(engine.project()), ["x", "y"]);
+    assert_eq!(engine.project().axes(), FORCES);
+    assert!(paths.iter().all(|path| engine.project().maps[path] == map));
+}
+
+#[test]
 fn a_reader_that_never_returns_is_abandoned_and_other_files_load() {
     let folder = tempfile::tempdir().unwrap();
     let sound = write_recording(folder.path(), "x", true);

@@ -55,7 +55,7 @@ pub(crate) use estimate::estimate_weight;
 pub(crate) use folder::{is_pattern, matching, recordings_in};
 pub use load::{Loaded, unit_note};
 pub use read::read;
-pub(crate) use set_role::{ChannelRole, with_role};
+pub(crate) use set_role::{ChannelRole, ColumnChange};
 #[cfg(test)]
 pub(crate) use warning::Cause;
 

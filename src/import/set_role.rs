@@ -1,6 +1,6 @@
 //! Changes the role of one channel of a file, as a change of its column map.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::{
     import::{
@@ -25,19 +25,50 @@ pub struct ChannelRole {
     pub unit: Option<String>,
 }
 
+/// Change of the columns of the open files.
+#[derive(Clone, Debug)]
+pub enum ColumnChange {
+    Role(ChannelRole),
+    /// Column map of one of the files. Other files with the same columns take it, too.
+    Map(PathBuf, Box<ColumnMap>),
+}
+
+impl ColumnChange {
+    /// Returns the changed column map of a file; `None` if the change does not concern this file. Without a `map`, the present
+    /// map is the one that is proposed from the file.
+    ///
+    /// # Errors
+    /// [`ReadError`] if the file cannot be read, or `progress` is cancelled.
+    pub fn map_of(
+        &self,
+        path: &Path,
+        map: Option<&ColumnMap>,
+        progress: &Progress,
+    ) -> Result<Option<ColumnMap>, ReadError> {
+        let (of, changed) = match self {
+            Self::Role(asked) => return with_role(path, map, asked, progress),
+            Self::Map(of, changed) => (of, changed),
+        };
+        // A second file with the loads belongs to one recording only.
+        let takes_it = path == of
+            || changed.reference.is_none()
+                && inspect(path, known(map), progress)?.map.table.shape == changed.table.shape;
+        Ok(takes_it.then(|| (**changed).clone()))
+    }
+}
+
 /// Returns the column map of a file in which the channel has its new role; `None` if the file has no such channel. Without a
 /// `map`, the map is proposed from the file. If another column had the role and only one can have it, that column loses it.
 ///
 /// # Errors
 /// [`ReadError`] if the file cannot be read, or `progress` is cancelled.
-pub fn with_role(
+fn with_role(
     path: &Path,
     map: Option<&ColumnMap>,
     asked: &ChannelRole,
     progress: &Progress,
 ) -> Result<Option<ColumnMap>, ReadError> {
-    let known = map.map_or(Known::Nothing, |map| Known::Map(Box::new(map.clone())));
-    let Inspection { mut map, table: report, reference, .. } = inspect(path, known, progress)?;
+    let Inspection { mut map, table: report, reference, .. } = inspect(path, known(map), progress)?;
     // The loads may be in a file of their own.
     let of_reference = reference.filter(|_| matches!(asked.channel, Channel::Load(_)));
     let (table, report) = match (&mut map.reference, of_reference) {
@@ -49,6 +80,10 @@ pub fn with_role(
     };
     give(table, &report, index, asked);
     Ok(Some(map))
+}
+
+fn known(map: Option<&ColumnMap>) -> Known {
+    map.map_or(Known::Nothing, |map| Known::Map(Box::new(map.clone())))
 }
 
 /// Returns the index of the column that holds the channel.

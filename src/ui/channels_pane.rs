@@ -5,7 +5,7 @@ use egui::Ui;
 
 use crate::{
     engine::{Action, Asker, Engine, ImportCommand},
-    import::{ChannelRole, map::ColumnRole},
+    import::{ChannelRole, ColumnChange, map::ColumnRole},
     questions::{
         View as Shown,
         channels::query::{ChannelPlot, ChannelQuestion},
@@ -54,6 +54,8 @@ pub struct View {
     up: Option<Channel>,
     /// True if the horizontal channel is at first another channel than the time.
     begins_with_loop: bool,
+    /// True from the first role that the user gives to a channel until the user wants to see the error.
+    pub gives_roles: bool,
     zoom: Zoom,
     spectrum_zoom: Zoom,
     pixels: [f64; 2],
@@ -81,8 +83,19 @@ impl PaneView for View {
                     cx.out.send(ImportCommand::Open(path.to_owned()));
                 }
             }
-            if let Some(missing) = cx.engine.project().missing() {
-                ui.strong(missing.to_string());
+            match cx.engine.project().missing() {
+                Some(missing) => {
+                    ui.strong(missing.to_string());
+                }
+                None if self.gives_roles => {
+                    let layout = cx.engine.project().recordings.layout();
+                    let n_gauges = layout.gauge_names.len();
+                    let axes = Axis::symbols(&layout.axes).join(" ");
+                    ui.strong(format!("Gauges: {n_gauges}. Reference: {axes}"));
+                    let about = "Shows the load and its error in place of the channels";
+                    self.gives_roles = !ui.press("Show the error", about);
+                }
+                None => {}
             }
         });
         ui.separator();
@@ -123,6 +136,7 @@ impl View {
             across: None,
             up: None,
             begins_with_loop,
+            gives_roles: false,
             zoom: None,
             spectrum_zoom: None,
             pixels: STANDS_ALONE.into(),
@@ -312,13 +326,13 @@ pub fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out
         });
     }
     if let Some((role, unit)) = chosen {
-        out.send(Action::SetRole(ChannelRole {
+        out.send(Action::ChangeColumns(ColumnChange::Role(ChannelRole {
             channel,
             name: channel.name(recording).to_owned(),
             axes: recording.axes().to_vec(),
             role,
             unit,
-        }));
+        })));
         ui.close();
     }
 }

@@ -50,33 +50,23 @@ pub struct View {
     drawn: DrawnLines,
     /// Single channels, which are shown if the recordings lack something for a calibration.
     channels: channels_pane::View,
-    /// True from the first role that the user gives to a channel until the user wants to see the error.
-    gives_roles: bool,
 }
 
 impl Default for View {
     fn default() -> Self {
         let channels = channels_pane::View::asking_as(Pane::TRACES.key, false);
-        Self { drawn: DrawnLines::default(), channels, gives_roles: false }
+        Self { drawn: DrawnLines::default(), channels }
     }
 }
 
 impl PaneView for View {
     fn ui(&mut self, ui: &mut Ui, cx: &mut Cx<'_>) {
-        let is_missing = cx.engine.project().missing().is_some();
-        if is_missing || self.gives_roles {
-            if !is_missing {
-                ui.horizontal(|ui| {
-                    ui.strong("The roles are enough to calibrate.");
-                    let about = "Shows the load and its error in place of the channels";
-                    self.gives_roles = !ui.press("Show the error", about);
-                });
-            }
+        if cx.engine.project().missing().is_some() || self.channels.gives_roles {
             let n_sent = cx.out.0.len();
             self.channels.ui(ui, cx);
-            let is_role = |sent: &Command| matches!(sent, Command::Do(Action::SetRole(_)));
-            self.gives_roles |= cx.out.0.iter().skip(n_sent).any(is_role);
-            self.gives_roles &= !cx.engine.entries().is_empty();
+            let is_role = |sent: &Command| matches!(sent, Command::Do(Action::ChangeColumns(_)));
+            self.channels.gives_roles |= cx.out.0.iter().skip(n_sent).any(is_role);
+            self.channels.gives_roles &= !cx.engine.entries().is_empty();
             return;
         }
         cx.ask(FindFaults::of(&cx.engine.request(), cx.engine.project().valid_range()));

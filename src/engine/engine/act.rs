@@ -29,7 +29,7 @@ impl Engine {
             Action::Open(paths) => self.open(paths),
             Action::OpenBuiltIn(late) => self.await_turn(InTurn::Simulate(late)),
             Action::Tare(which, tare) => self.tare(&which, tare),
-            Action::SetRole(asked) => self.await_turn(InTurn::SetRole(asked)),
+            Action::ChangeColumns(change) => self.await_turn(InTurn::ChangeColumns(change)),
             Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
             Action::Locate(place) => self.locate(place),
             Action::Forget(at) => self.forget(at),

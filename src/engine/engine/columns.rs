@@ -10,8 +10,9 @@ use crate::{
         query::{Background as _, LaneEvent},
         saving::{Existing, FileContent, Output},
         task::Task,
+        tasks::InTurn,
     },
-    import::{inspect::Known, map::ColumnMap, pose::WeightEstimate},
+    import::{ColumnChange, inspect::Known, map::ColumnMap, pose::WeightEstimate},
 };
 
 impl Engine {
@@ -106,8 +107,15 @@ impl Engine {
                     return;
                 };
                 self.preferences.remember_map(&map);
-                self.project.maps.insert(path.clone(), map);
-                self.open([vec![path], waiting].concat());
+                if self.project.files().any(|file| file == path) {
+                    // The file's recordings are read again, not added a second time.
+                    let change = ColumnChange::Map(path, Box::new(map));
+                    self.await_turn(InTurn::ChangeColumns(change));
+                    self.begin_import(waiting);
+                } else {
+                    self.project.maps.insert(path.clone(), map);
+                    self.open([vec![path], waiting].concat());
+                }
             }
             ImportCommand::Cancel => {
                 let waiting = self.importing.take().map(|importing| importing.waiting);

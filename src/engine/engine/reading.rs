@@ -51,11 +51,11 @@ impl Engine {
             InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
             InTurn::Tare(which, tare) => Task::tare(recordings, which, tare),
             InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
-            InTurn::SetRole(asked) => {
+            InTurn::ChangeColumns(change) => {
                 let is_open = |file: &SessionFile| !self.project.lost.contains(file);
                 let mut files = Session::of(&self.project).files;
                 files.retain(is_open);
-                Task::set_role(recordings, files, asked)
+                Task::change_columns(recordings, files, change)
             }
             InTurn::Simulate(late) => Task::simulate(recordings, late),
         };
