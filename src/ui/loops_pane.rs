@@ -24,6 +24,7 @@ use crate::{
         choice::labelled_choice,
         command::{Out, Pane},
         controls::Controls as _,
+        numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Drawn, Zoom},

@@ -17,7 +17,7 @@ use crate::{
         question::{Answered, Query, Work},
         request::Request,
     },
-    recording::{Axis, Entry, RecordingSet, Role, first_pieces, in_role},
+    recording::{Axis, Entry, Recording, RecordingSet, Role, first_pieces, in_role},
     same::same_where,
 };
 
