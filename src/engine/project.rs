@@ -246,6 +246,7 @@ impl Project {
             Edit::OverloadTolerance(share) => self.overload_tolerance = Some(share),
             Edit::Notes(notes) => self.notes = notes,
             Edit::Identity(identity) => self.identity = identity,
+            Edit::Frame(frame) if frame == self.frame => {}
             Edit::Frame(frame) => {
                 let recordings = Arc::new(self.recordings.in_frame(frame)?);
                 if let Some(split) = &mut self.split {

@@ -6,8 +6,8 @@ use crate::{
     calibration::{Calibration, FactoryScores, LinearMap},
     export::settings_of,
     features::Distance,
-    questions::metrology::Metrology,
-    report::{Align, Cell, Column, Table, Value},
+    questions::metrology::{Metrology, axis_figures},
+    report::{Align, Cell, Column, Shown, Table, Value},
     scoring::{numbers::significant, score_set::ScoreSet},
 };
 
@@ -72,8 +72,9 @@ pub fn known(mut table: Table) -> Table {
 }
 
 /// Returns a cell such as `0.96 → 0.67`; a dash if both numbers are missing.
-fn change(before: Option<f64>, after: Option<f64>) -> Cell {
-    let text = |value: Option<f64>| value.map_or("–".to_owned(), |value| significant(value, 3));
+fn change(before: Option<f64>, after: Option<f64>, digits: usize) -> Cell {
+    let text =
+        |value: Option<f64>| value.map_or("–".to_owned(), |value| significant(value, digits));
     after.or(before).map_or_else(Cell::none, |value| {
         Cell::number(value, format!("{} → {}", text(before), text(after)))
     })
@@ -105,8 +106,8 @@ pub fn errors(calibration: &Calibration, factory: Option<&FactoryScores>) -> Tab
                     (before[*at], after[*at], calibration.full_scale[*at]);
                 let share = |rmse: f64| (full_scale > 0.0).then(|| 100.0 * rmse / full_scale);
                 match *kind {
-                    "" => change(Some(before), Some(after)),
-                    "% FS" => change(share(before), share(after)),
+                    "" => change(Some(before), Some(after), 4),
+                    "% FS" => change(share(before), share(after), 3),
                     _ => Cell::change(before, after),
                 }
             },
@@ -122,26 +123,34 @@ pub fn errors(calibration: &Calibration, factory: Option<&FactoryScores>) -> Tab
         )
 }
 
-/// Returns the table of the metrology figures in % of full scale, times in s.
+/// Returns the table of the metrology figures in % of full scale, with few axes also in their units. Times are in s.
 pub fn metrology(found: &Metrology) -> Table {
+    let axes = found.axes.iter().enumerate();
+    let units = if found.axes.len() > 3 { &[true][..] } else { &[false, true] };
+    let columns = axes.flat_map(|(at, axis)| units.iter().map(move |share| (at, axis, *share)));
+    let conditions = (0..found.axes.len()).map(|at| axis_figures(found, at, Shown::All).title);
     Table::of(found.shown_rows())
         .words("Figure", |row| {
             let is_time = row.cells.first().is_some_and(|cell| cell.unit == "s");
             format!("{}{}", row.definition.name, if is_time { " [s]" } else { "" })
         })
         .columns(
-            found.axes.iter().enumerate(),
-            |(_, axis)| Column::numbers(axis.symbol()),
-            |row, (at, _)| {
+            columns,
+            |(_, axis, share)| {
+                let head = Column::load(**axis);
+                if *share { head.unit("% FS") } else { head }
+            },
+            |row, (at, _, share)| {
                 let cell = &row.cells[*at];
+                let in_percent = *share && cell.unit != "s";
                 let [before, after] = [&cell.conventional, &cell.compensated].map(|figure| {
                     let value = figure.as_ref().ok()?;
-                    if cell.unit == "s" { Some(value.value) } else { value.percent_fs }
+                    if in_percent { value.percent_fs } else { Some(value.value) }
                 });
-                change(before, after)
+                change(before, after, if in_percent { 3 } else { 4 })
             },
         )
-        .table("", "")
+        .table("", format!("{}.", conditions.collect::<Vec<_>>().join("; ")))
 }
 
 /// Returns the names of the measured figures with their definitions.
@@ -171,7 +180,7 @@ pub fn recordings(report: &ReportData) -> Table {
         .digits("Duration [s]", 5, |entry| Some(entry.recording.duration_secs()))
         .digits("Rate [Hz]", 4, |entry| entry.recording.rate_hz())
         .column(Column::numbers("RMSE of all axes [% FS]"), |ReportRecording { result, .. }| {
-            change(pooled(&result.conventional_rmse), pooled(&result.compensated_rmse))
+            change(pooled(&result.conventional_rmse), pooled(&result.compensated_rmse), 3)
         })
         .words("File", |entry| entry.used.file.as_deref().unwrap_or("built-in"))
         .column(
