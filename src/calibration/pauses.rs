@@ -148,9 +148,13 @@ const FADES: [f64; 11] =
     [0.1, 0.316, 1.0, 3.16, 10.0, 31.6, 100.0, 316.0, 1000.0, 3160.0, 10_000.0];
 /// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
 const WORTH_FADING: f64 = 0.99;
+/// No fade is used if the root mean square error after cold starts is below this share of the conventional one: the
+/// compensation then helps from the start.
+const GOOD_START: f64 = 0.9;
 
 /// Returns the factors of [`Calibration::fade`] with which the load errs least in the first [`BETWEEN_SECS`] after cold starts,
-/// all over the training recordings; empty if the load errs hardly more without a fade. `calibration` must have none.
+/// all over the training recordings; empty if the load errs hardly more without a fade, or clearly less than the conventional
+/// load. `calibration` must have none.
 pub(crate) fn measured_fade<'a>(
     calibration: &Calibration,
     recordings: impl Iterator<Item = &'a Recording>,
@@ -167,7 +171,7 @@ pub(crate) fn measured_fade<'a>(
     let design = calibration.design();
     let of_run = |run: &Run<'_>| {
         let mut estimator = Estimator::new(calibration, &design).ok()?;
-        let mut squares = [0.0; FADES.len() + 1];
+        let mut squares = [0.0; FADES.len() + 2];
         for (first, end) in run.between.iter().copied() {
             progress.check().ok()?;
             estimator.reset();
@@ -175,8 +179,11 @@ pub(crate) fn measured_fade<'a>(
                 let Ok(loads) = run.update(&mut estimator, k) else { continue };
                 let compensated = loads.to_vec();
                 let unknown = estimator.unknown(&factors);
-                for (square, fade) in squares.iter_mut().zip([0.0].into_iter().chain(FADES)) {
-                    let share = 1.0 / (1.0 + (fade * unknown).powi(2));
+                for (square, fade) in
+                    squares.iter_mut().zip([0.0, f64::INFINITY].into_iter().chain(FADES))
+                {
+                    let share =
+                        if fade.is_finite() { 1.0 / (1.0 + (fade * unknown).powi(2)) } else { 0.0 };
                     let loads = compensated.iter().zip(estimator.conventional());
                     let loads = loads.map(|(load, before)| before + share * (load - before));
                     *square += run.square(k, loads, &calibration.full_scale);
@@ -186,11 +193,14 @@ pub(crate) fn measured_fade<'a>(
         Some(squares)
     };
     let of_runs: Option<Vec<_>> = runs.par_iter().map(of_run).collect();
-    let mut squares = [0.0; FADES.len() + 1];
+    let mut squares = [0.0; FADES.len() + 2];
     for of_run in of_runs.ok_or(Cancelled)? {
         squares.iter_mut().zip(of_run).for_each(|(sum, square)| *sum += square);
     }
-    let [without, with @ ..] = squares;
+    let [without, conventional, with @ ..] = squares;
+    if without < GOOD_START * GOOD_START * conventional {
+        return Ok(Vec::new());
+    }
     let tried = with.into_iter().zip(FADES).min_by(|(a, _), (b, _)| a.total_cmp(b));
     let worth = tried.filter(|(square, _)| *square < WORTH_FADING * WORTH_FADING * without);
     let Some((_, fade)) = worth else { return Ok(Vec::new()) };
