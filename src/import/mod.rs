@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn extra_cells_are_left_out_and_reported_once() {
-        let reported = messages("t,S1\n0,1,9\n0.1,2\n0.2,3,\n");
+        let reported = messages("t,S1\n0,1,9\n0.1,2,\n0.2,3,8\n");
         assert_eq!(reported.len(), 1);
         assert!(
             reported[0]

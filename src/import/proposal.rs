@@ -387,9 +387,11 @@ impl<'a> Proposal<'a> {
         let mut numbers = self.columns.iter().filter(|own| own.content == Content::Numbers);
         let are_cases =
             self.rows.len() <= FEW_ROWS && numbers.all(|own| own.is_monotone && own.moves());
-        let n_rows = self.rows.len();
+        // A setpoint and what follows it rise together.
+        let n_rising = self.columns.iter().filter(|own| own.rises_from_zero).count();
+        let is_only_one = n_rising == 1 && self.rows.len() >= UNEVEN_CLOCK_ROWS;
         let mut clocks = self.free(|own| {
-            let is_uneven = own.number == 1 && own.rises_from_zero && n_rows >= UNEVEN_CLOCK_ROWS;
+            let is_uneven = own.number == 1 && own.rises_from_zero && is_only_one;
             let is_stamp = own.content == Content::Times || is_epoch(own);
             let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
                 && !own.counts_rows()

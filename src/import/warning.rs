@@ -89,7 +89,7 @@ pub enum Cause {
         listed(columns)
     )]
     MissingMarks { columns: Vec<String> },
-    #[error("{} above the table skipped", counted(*n_lines, "line"))]
+    #[error("{n_lines} lines above the table are skipped")]
     SkippedPreamble { n_lines: usize },
     #[error(
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
@@ -207,7 +207,6 @@ impl Trouble {
         match self {
             Self::Empty => "is empty".to_owned(),
             Self::NotANumber => format!("contains \"{value}\", not a number"),
-            Self::NotFinite if value == "NaN" => "contains no number".to_owned(),
             Self::NotFinite => format!("contains {value}, not a finite number"),
             Self::Overload => {
                 format!("contains {value}, by which a meter reports that its range is exceeded")
