@@ -98,7 +98,8 @@ impl Loops {
         self.largest_cycles().into_iter().next()
     }
 
-    /// Returns the cycles whose branches share the widest range of loads, in the order of recordings and time.
+    /// Returns the cycles whose branches share the widest range of loads and which begin in the direction of the first of them,
+    /// in the order of recordings and time. So in a table of weights, a falling branch belongs to the rising branch before it.
     pub fn largest_cycles(&self) -> Vec<Cycle> {
         let halves = self.residue.iter().enumerate();
         let neighbours = halves.flat_map(|(recording, residue)| {
@@ -113,6 +114,8 @@ impl Loops {
         all.retain(|cycle| cycle.span() == widest);
         all.sort_by_key(|cycle| (cycle.recording, cycle.first.samples.start));
         all.dedup();
+        let begins_rising = all.first().is_some_and(|first| first.first.rising);
+        all.retain(|cycle| cycle.first.rising == begins_rising);
         all
     }
 
