@@ -132,7 +132,8 @@ impl<'a> Proposal<'a> {
     ) -> Self {
         let columns = described(text, head, sample);
         let (notes, questions) = (Vec::new(), Vec::new());
-        let (rows, read) = (&sample.rows, 0..columns.len());
+        // Cells beyond the last column of the table cannot be read.
+        let (rows, read) = (&sample.rows, 0..head.n_columns);
         let is_by_names = false;
         let mut all = Self { text, head, rows, columns, notes, questions, is_by_names, read };
         all.propose(chosen);
