@@ -331,7 +331,7 @@ fn a_library_tests_pauses_tare_and_invalid_samples() {
     let bytes = fs::read(at("arm.zip")).unwrap();
     assert_eq!(bytes, fs::read(at("second/arm.zip")).unwrap());
     let mut zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
-    assert_eq!(zip.len(), 16);
+    assert_eq!(zip.len(), 19);
     for index in 0..zip.len() {
         let mut file = zip.by_index(index).unwrap();
         let mut content = String::new();
