@@ -398,14 +398,27 @@ fn centred(ui: &mut Ui, rect: Rect, text: RichText) -> egui::Response {
 /// Draws a tick, a cross or a dash: whether a file holds a part of the calibration.
 fn mark(ui: &mut Ui, place: Rect, held: Held, part: &str, ending: &str) {
     let visuals = ui.visuals();
-    let (sign, words, color) = match held {
-        Held::Whole => ("✔", "contained", visuals.strong_text_color()),
-        Held::LeftOut => ("×", "left out", visuals.warn_fg_color),
-        Held::NoPart => ("–", "not part of it", visuals.weak_text_color()),
+    let at = |x: f32, y: f32| place.center() + 4.0 * egui::vec2(x, y);
+    let (words, color, lines) = match held {
+        Held::Whole => {
+            let tick = vec![at(-1.0, 0.0), at(-0.3, 0.9), at(1.2, -1.1)];
+            ("contained", visuals.strong_text_color(), vec![tick])
+        }
+        Held::LeftOut => {
+            let cross =
+                vec![vec![at(-1.0, -1.0), at(1.0, 1.0)], vec![at(-1.0, 1.0), at(1.0, -1.0)]];
+            ("left out", visuals.warn_fg_color, cross)
+        }
+        Held::NoPart => {
+            ("not part of it", visuals.weak_text_color(), vec![vec![at(-0.7, 0.0), at(0.7, 0.0)]])
+        }
     };
-    let label = centred(ui, place, RichText::new(sign).color(color));
-    named(&label, egui::Role::Label, &format!(".{ending}, {part}: {words}"));
-    label.on_hover_text(words);
+    for line in lines {
+        ui.painter().add(egui::Shape::line(line, egui::Stroke::new(1.8, color)));
+    }
+    let response = ui.interact(place, ui.scope_id().with((ending, part)), egui::Sense::hover());
+    named(&response, egui::Role::Label, &format!(".{ending}, {part}: {words}"));
+    response.on_hover_text(words);
 }
 
 /// Draws the result of the last export to this file. Returns false if there was none.

@@ -1312,7 +1312,7 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
 }
 
 #[test]
-fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
+fn a_click_on_a_loop_isolates_its_cycle() {
     let files = Files::new();
     let mut window = window(files.three());
     window.key_press(Key::F4);
@@ -1328,7 +1328,6 @@ fn a_sample_of_a_loop_is_described_and_a_click_isolates_its_cycle() {
         has(&window, "click to show only this cycle").then_some(at)
     });
     let at = on_loop.expect("a loop passes the middle");
-    assert!(has(&window, "Fx error ") && has(&window, "cycle "));
     assert_eq!(shell(&window).visible_time(), None);
     window.drag_at(at);
     window.drop_at(at);
