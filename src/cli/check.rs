@@ -190,8 +190,7 @@ impl Report<'_> {
         last.push("--all prints all findings and tables, --json all numbers.".to_owned());
         let findings: Vec<Vec<String>> =
             self.findings().map(|own| clipped(&own, "  ", LINES_OF_FINDING)).collect();
-        let mut n_shown = 0;
-        for finding in &findings {
+        for (n_shown, finding) in findings.iter().enumerate() {
             let n_counted = usize::from(n_shown + 1 < findings.len());
             if lines.len() + finding.len() + last.len() + n_counted > LINES {
                 let n = findings.len() - n_shown;
@@ -199,7 +198,6 @@ impl Report<'_> {
                 break;
             }
             lines.extend_from_slice(finding);
-            n_shown += 1;
         }
         lines.extend(last);
         lines
