@@ -185,7 +185,7 @@ pub struct Calibration {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub keep_secs: BTreeMap<String, f64>,
     /// Factors of the fade after a start, by the key of the feature block: one for each state whose unknown part is known, see
-    /// [`Stream::missing`](crate::features::Stream::missing). With u, the sum of the unknown parts times their factors, the load
+    /// `Stream::missing`. With u, the sum of the unknown parts times their factors, the load
     /// is the conventional load plus 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty
     /// without a fade. See [`measured_fade`](crate::calibration::measured_fade).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]

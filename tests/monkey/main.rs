@@ -32,7 +32,7 @@ use egui::{Event, ViewportCommand, ViewportId};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
-use loopscope::engine::{Action, FileContent, ImportCommand, Preferences};
+use loopscope::engine::Preferences;
 use loopscope::ui::{Dialogs, PathFor, Reply, Shell, chosen};
 
 use dropped::Dropped;

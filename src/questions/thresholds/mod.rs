@@ -8,7 +8,7 @@
 //! | one number from the errors of all axes | [`Measure`] |
 //! | errors over both thresholds, and curves through them | [`ThresholdMap`] |
 //! | suggested pair, and the range of equally good pairs | [`Suggestion`] |
-//! | ages of the earlier samples that a look-back with one pair finds | [`PastAges`](study::PastAges) |
+//! | ages of the earlier samples that a look-back with one pair finds | [`PastAges`] |
 //!
 //! Guarantees: every error equals the error of a new fit with the same thresholds, up to rounding. If the look-back finds no
 //! earlier sample, the error is exactly that of the conventional calibration. Test recordings are scored, but do not
