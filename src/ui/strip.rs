@@ -37,6 +37,8 @@ const SCOPE_WIDTH: f32 = 136.0;
 const NAMES_WIDTH: f32 = 104.0;
 const FIGURES_WIDTH: f32 = 76.0;
 const REMEDY_WIDTH: f32 = 168.0;
+/// Number of characters up to which a remedy and its error stand in one line of the button.
+const SHORT_REMEDY: usize = 12;
 const BAR_HEIGHT: f32 = 16.0;
 /// Widths of the sentence (points) below which its letters are smaller, and below which it is two figures.
 const NARROW_SENTENCE: f32 = 440.0;
@@ -116,17 +118,24 @@ pub fn strip(ui: &mut Ui, cx: &mut Cx<'_>) {
     let offered = match (offer(found, cx.engine), budget) {
         (Some(Offer::Remedy(remedy)), Some(budget)) => {
             let error = percent_left(remedy, budget, measure);
-            let error = error.map(|error| format!(" → {} % FS", significant(error, 2)));
-            let text = format!("{}{}", short(remedy, cx.engine), error.unwrap_or_default());
+            let remedy_name = short(remedy, cx.engine);
+            let text = match error.map(|error| format!("→ {} % FS", significant(error, 2))) {
+                Some(error) if remedy_name.chars().count() > SHORT_REMEDY => {
+                    format!("{remedy_name}\n{error}")
+                }
+                Some(error) => format!("{remedy_name} {error}"),
+                None => remedy_name,
+            };
             Some((text, format!("Remedy for {}", remedy.text(&remedy.action.words(), budget))))
         }
         (Some(Offer::Off(_)), _) => Some(("Switch it off".to_owned(), SWITCH_OFF.to_owned())),
         _ => None,
     };
     if let Some((text, about)) = offered {
+        let height = if text.contains('\n') { 38.0 } else { 28.0 };
         let button = Button::new(RichText::new(text).color(ui.visuals().selection.stroke.color));
-        let button = button.fill(ui.visuals().selection.bg_fill).truncate();
-        let press = |ui: &mut Ui| ui.add_sized([REMEDY_WIDTH, 28.0], button);
+        let button = button.fill(ui.visuals().selection.bg_fill).wrap();
+        let press = |ui: &mut Ui| ui.add_sized([REMEDY_WIDTH, height], button);
         let pressed = place(ui, remedy_place, press).on_hover_text(format!("{about} (R)"));
         if pressed.clicked() {
             cx.out.0.extend(remedy(cx.engine));
