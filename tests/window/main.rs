@@ -679,7 +679,7 @@ fn an_exported_calibration_reads_back_and_is_applied_until_fit_again() {
 
 /// The load changes every two seconds, and the gauge creeps by as much as the load. Directly after a start, the creep is unknown.
 #[test]
-fn the_export_pane_warns_of_a_cold_start_that_is_worse() {
+fn a_load_fades_in_whose_cold_start_is_worse() {
     let files = Files::new();
     let mut numbers = 1_u64;
     let paths = ["a.csv", "b.csv", "c.csv", "d.csv"].map(|name| {
@@ -699,12 +699,13 @@ fn the_export_pane_warns_of_a_cold_start_that_is_worse() {
     show(&mut window, "export");
     let mut settings = state(&window).project().settings.clone();
     settings.features.look_backs.clear();
-    for (taus, warns) in [(vec![], false), (vec![10.0], true)] {
+    for (taus, fades) in [(vec![], false), (vec![10.0], true)] {
         settings.features.blocks.set(&Creep, taus);
         let shell = window.state_mut().as_mut().unwrap();
         shell.send(Edit::Settings(settings.clone()));
         settle(&mut window);
-        assert_eq!(has(&window, "after a cold start"), warns);
+        assert_eq!(!analysis(&window).calibration.fade.is_empty(), fades);
+        assert!(!has(&window, "after a cold start"), "the fade mends it");
     }
 }
 
@@ -930,7 +931,7 @@ fn the_smallest_window_shows_every_widget_with_a_name_in_both_themes() {
     window.set_size(Vec2::new(900.0, 480.0));
     for theme in ["Light", "Dark"] {
         click(&mut window, Role::Button, "View");
-        click(&mut window, Role::RadioButton, theme);
+        click(&mut window, Role::Button, &format!("Theme: {theme}"));
         window.check_accessibility();
         assert_eq!(panes(&window, "Fx [N]"), 1);
     }
@@ -1303,9 +1304,9 @@ fn the_metrology_table_is_shown_for_a_role_and_saved_as_csv() {
     click(&mut window, Role::Button, "Save as…");
     let table = std::fs::read_to_string(&path).unwrap();
     assert!(table.starts_with("id,quantity,axis,unit,full_scale,conventional"));
-    // Each of three axes has 7 rows of loops, 2 of lag, 4 of dwells, 3 of crosstalk, 2 of noise, 2 of the temperature's effect
+    // Each of three axes has 7 rows of loops, 1 of sensitivity, 2 of lag, 4 of dwells, 3 of crosstalk, 2 of noise, 2 of the temperature's effect
     // and 3 of errors. One more row is the header.
-    assert_eq!(table.lines().count(), 1 + 3 * (7 + 2 + 4 + 3 + 2 + 2 + 3));
+    assert_eq!(table.lines().count(), 1 + 3 * (7 + 1 + 2 + 4 + 3 + 2 + 2 + 3));
     click(&mut window, Role::Button, "Definitions…");
     type_number(&mut window, "Reversal threshold Fx", "100");
     assert!(has(&window, "constant"), "no load turns back by 100 N");

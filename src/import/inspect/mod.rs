@@ -197,7 +197,9 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
     };
     // A signal without a load opens as it is; its jobs say that they need a load.
     let missing = check.missing.filter(|missing| *missing == Missing::Gauges);
-    questions.extend(Question::about_missing(missing, &questions, &table.columns));
+    // A log of loads alone opens without a question that none of its columns can answer.
+    let asked = Question::about_missing(missing, &questions, &table.columns);
+    questions.extend(asked.filter(|asked| !asked.columns.is_empty()));
     let answer = answer(&questions, &table.columns);
     Ok(Inspection { table, reference, map, questions, answer, check })
 }
