@@ -184,10 +184,10 @@ pub struct Calibration {
     /// starts anew after every pause.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub keep_secs: BTreeMap<String, f64>,
-    /// Factors of the fade after a start, by the key of the feature block: one for each state whose unknown part is known, see
-    /// `Stream::missing`. With u, the sum of the unknown parts times their factors, the load
-    /// is the conventional load plus 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty
-    /// without a fade. See [`measured_fade`](crate::calibration::measured_fade).
+    /// Factors of the fade after a start, by the key of the feature block, one for each state. A state has an unknown part, see
+    /// `Stream::missing`, and u is the sum of the unknown parts times their factors. The load is the conventional load plus
+    /// 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty without a
+    /// fade. See [`measured_fade`](crate::calibration::measured_fade).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub fade: BTreeMap<String, Vec<f64>>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).
@@ -228,7 +228,8 @@ pub struct Calibration {
     /// Tare of the training recordings; `None` without tare. A tared calibration needs tared gauges.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
-    /// Frame of the loads: that of the reference loads of the recordings. `None` for the frame in which they were measured.
+    /// Sensor frame in which the calibration gives loads; `None` if it gives them in the frame in which the reference was
+    /// measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame: Option<SensorFrame>,
     /// Weight that the sensor carried in the training recordings, where poses gave its load; `None` if unknown. A robot that still
@@ -263,22 +264,6 @@ pub struct AppliedLoads {
 }
 
 impl Calibration {
-    /// Returns the RMSE of the compensated load in cross-validation, as a share of full scale, averaged over the axes.
-    pub fn mean_cv_share(&self) -> Option<f64> {
-        self.mean_share(self.quality.compensated.cv_rmse.as_ref()?)
-    }
-
-    /// Returns the RMSE of the compensated load on the training recordings, as a share of full scale, averaged over the axes.
-    pub fn mean_train_share(&self) -> Option<f64> {
-        self.mean_share(self.quality.compensated.train_rmse.as_ref()?)
-    }
-
-    fn mean_share(&self, errors: &[f64]) -> Option<f64> {
-        let shares = errors.iter().zip(&self.full_scale).filter(|(_, scale)| **scale > 0.0);
-        let shares: Vec<f64> = shares.map(|(error, scale)| error / scale).collect();
-        (!shares.is_empty()).then(|| shares.iter().sum::<f64>() / shares.len() as f64)
-    }
-
     /// Returns the lowest and the highest valid readings of all gauges. An unknown limit is ± [`NEVER_REACHED`]. `None` if
     /// all limits are unknown.
     pub fn clipped_at(&self) -> Option<[Vec<f64>; 2]> {

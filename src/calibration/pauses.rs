@@ -13,6 +13,7 @@ use crate::{
         choice::Blocks,
         estimator::{Estimator, SampleError},
     },
+    features::share_of_unknown,
     progress::{Cancelled, Progress},
     recording::Recording,
 };
@@ -143,7 +144,8 @@ fn some_of(mut runs: Vec<Run<'_>>) -> Vec<Run<'_>> {
     runs
 }
 
-/// Factors of the fade that [`measured_fade`] tries, with all states unknown: half a power of ten apart.
+/// Strengths of the fade that [`measured_fade`] tries. Each is half a power of ten above the one before. A strength is the
+/// unknown part u of the load directly after a start.
 const FADES: [f64; 11] =
     [0.1, 0.316, 1.0, 3.16, 10.0, 31.6, 100.0, 316.0, 1000.0, 3160.0, 10_000.0];
 /// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
@@ -179,11 +181,10 @@ pub(crate) fn measured_fade<'a>(
                 let Ok(loads) = run.update(&mut estimator, k) else { continue };
                 let compensated = loads.to_vec();
                 let unknown = estimator.unknown(&factors);
-                for (square, fade) in
-                    squares.iter_mut().zip([0.0, f64::INFINITY].into_iter().chain(FADES))
-                {
-                    let share =
-                        if fade.is_finite() { 1.0 / (1.0 + (fade * unknown).powi(2)) } else { 0.0 };
+                let faded = FADES.map(|fade| share_of_unknown(fade * unknown));
+                // The compensated and the conventional load come first.
+                let shares = [1.0, 0.0].into_iter().chain(faded);
+                for (square, share) in squares.iter_mut().zip(shares) {
                     let loads = compensated.iter().zip(estimator.conventional());
                     let loads = loads.map(|(load, before)| before + share * (load - before));
                     *square += run.square(k, loads, &calibration.full_scale);
@@ -381,8 +382,8 @@ mod tests {
             .unwrap()
     }
 
-    /// Returns the root mean square errors of the uncompensated and the compensated load in pieces of a recording, each from a
-    /// cold start, over the samples of each piece from this one on.
+    /// Cuts a recording into pieces of `piece` samples, each of which starts cold. Returns the RMSE of the uncompensated and of the
+    /// compensated load, without the first `from` samples of each piece.
     fn cold_errors(
         calibration: &Calibration,
         recording: &Recording,
@@ -465,7 +466,7 @@ mod tests {
         assert!(Calibration { fade: broken, ..calibration }.validate().is_err());
     }
 
-    /// Play operators compensate from their first reversal on, so their load hardly gains by a fade.
+    /// Play operators lower the error from their first reversal on, so a fade hardly changes it.
     #[test]
     fn a_fade_costs_no_accuracy_where_the_compensation_helps_at_once() {
         let recordings = sensor(2.0);

@@ -1,7 +1,7 @@
 //! The program without its window: the document, the results computed from the document, and work with files.
 //!
-//! A [`Project`](project::Project) is everything that a session saves. An [`Edit`] is one change of it and one step of undo. A result is the
-//! answer to a background request ([`Query`](crate::questions::question::Query)). It is computed on the thread of a
+//! A [`Project`](project::Project) is everything that a session saves. An [`Edit`] is one change of it and one step of undo. A
+//! result is the answer to a background request ([`Query`](crate::questions::question::Query)). It is computed on the thread of a
 //! [`Lane`](query::Lane), so that the window never waits. The [`Engine`] keeps the document, requests the results, and reads
 //! and writes files.
 

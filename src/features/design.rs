@@ -266,7 +266,7 @@ impl<'a> FeatureStream<'a> {
     /// while the states are unknown, then 1. `fade` has one entry for each block with columns, see
     /// [`Calibration::fade`](crate::calibration::Calibration::fade).
     pub fn share(&self, fade: &[Vec<f64>]) -> f64 {
-        1.0 / (1.0 + self.missing(fade).powi(2))
+        share_of_unknown(self.missing(fade))
     }
 
     /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.
@@ -349,6 +349,12 @@ fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     let (next, rest) = std::mem::take(row).split_at_mut(n);
     *row = rest;
     next
+}
+
+/// Returns the share of the difference between compensated and conventional load that counts if this much of the states is
+/// unknown, in units of the fade.
+pub(crate) fn share_of_unknown(unknown: f64) -> f64 {
+    1.0 / (1.0 + unknown.powi(2))
 }
 
 #[cfg(test)]

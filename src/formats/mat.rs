@@ -137,7 +137,7 @@ fn newer(
     Ok(())
 }
 
-/// Header of a matrix in a file of version 4.
+/// Header of one matrix in a MATLAB file of version 4.
 struct OlderHeader {
     is_big_endian: bool,
     number: Number,
@@ -184,7 +184,7 @@ impl OlderHeader {
     }
 }
 
-/// Reads the matrices of a file of version 4.
+/// Reads the matrices of a MATLAB file of version 4.
 fn older(file: &[u8], source: &Source<'_>, top: &mut Fields) -> Result<(), FileError> {
     let mut rest = file;
     while !rest.is_empty() {

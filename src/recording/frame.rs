@@ -8,12 +8,15 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::axis::Axis;
+use super::{
+    axis::Axis,
+    kinetics::{Rotation, cross, rotation_from_roll_pitch_yaw},
+};
 use crate::shown::joined;
 
-/// Turn and shift of the gauge frame in the sensor frame, as in a `<origin xyz rpy>` of URDF: the turn is R = Rz Ry Rx, by
-/// the angles about the fixed axes x, y and z of the sensor frame, and the shift p is the origin of the gauge frame. A load
-/// (F, M) in the gauge frame is `F' = R F`, `M' = R M + p × F'` in the sensor frame.
+/// Turn and shift of the gauge frame in the sensor frame, as in a `<origin xyz rpy>` of URDF. The turn is R = Rz Ry Rx: first
+/// about the fixed axis x of the sensor frame, then about y, then about z. The shift p leads from the origin of the sensor frame
+/// to that of the gauge frame. A load (F, M) in the gauge frame is `F' = R F`, `M' = R M + p × F'` in the sensor frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorFrame {
@@ -23,22 +26,23 @@ pub struct SensorFrame {
     pub shift_metres: [f64; 3],
 }
 
-type Matrix<const N: usize> = [[f64; N]; N];
+/// Matrix that takes a load with six axes from one frame to another.
+type LoadMatrix = [[f64; 6]; 6];
 
 /// Magnitude below which an entry of the turn is a rounding error of a right angle.
 const ROUNDING: f64 = 1e-15;
 
-fn product<const N: usize>(a: &Matrix<N>, b: &Matrix<N>) -> Matrix<N> {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..N).map(|k| a[i][k] * b[k][j]).sum()))
-}
-
-fn turned(turn: &Matrix<3>, vector: [f64; 3]) -> [f64; 3] {
+fn turned(turn: &Rotation, vector: [f64; 3]) -> [f64; 3] {
     turn.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
 }
 
+fn transposed(turn: &Rotation) -> Rotation {
+    std::array::from_fn(|i| turn.map(|row| row[i]))
+}
+
 /// Returns the matrix of a load with a turn R and a shift p: `[[R, 0], [[p]× R, R]]`.
-fn load_matrix(turn: &Matrix<3>, [x, y, z]: [f64; 3]) -> Matrix<6> {
-    let levers = product(&[[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]], turn);
+fn load_matrix(turn: &Rotation, shift: [f64; 3]) -> LoadMatrix {
+    let levers = transposed(&transposed(turn).map(|column| cross(shift, column)));
     std::array::from_fn(|i| {
         std::array::from_fn(|j| match (i / 3, j / 3) {
             (0, 0) | (1, 1) => turn[i % 3][j % 3],
@@ -57,25 +61,19 @@ impl SensorFrame {
         Ok(Some(self).filter(|frame| *frame != Self::default()))
     }
 
-    fn turn(&self) -> Matrix<3> {
-        let [[sx, cx], [sy, cy], [sz, cz]] = self.turn_degrees.map(|degrees| {
-            let (sine, cosine) = degrees.to_radians().sin_cos();
-            [sine, cosine].map(|value| if value.abs() < ROUNDING { 0.0 } else { value })
-        });
-        let about_x = [[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]];
-        let about_y = [[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]];
-        let about_z = [[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]];
-        product(&about_z, &product(&about_y, &about_x))
+    fn turn(&self) -> Rotation {
+        let [x, y, z] = self.turn_degrees.map(f64::to_radians);
+        let turn = rotation_from_roll_pitch_yaw(x, y, z);
+        turn.map(|row| row.map(|entry| if entry.abs() < ROUNDING { 0.0 } else { entry }))
     }
 
     /// Returns the 6 × 6 matrix that takes a load from the gauge frame to the sensor frame.
-    pub fn matrix(&self) -> [[f64; 6]; 6] {
+    pub fn matrix(&self) -> LoadMatrix {
         load_matrix(&self.turn(), self.shift_metres)
     }
 
-    fn inverse_matrix(&self) -> Matrix<6> {
-        let turn = self.turn();
-        let back = std::array::from_fn(|i| std::array::from_fn(|j| turn[j][i]));
+    fn inverse_matrix(&self) -> LoadMatrix {
+        let back = transposed(&self.turn());
         load_matrix(&back, turned(&back, self.shift_metres).map(|value| -value))
     }
 
@@ -93,14 +91,17 @@ impl SensorFrame {
         axes: &[Axis],
     ) -> Result<Vec<Vec<f64>>, (Axis, Axis)> {
         let to_sensor = to.unwrap_or_default().matrix();
-        let all = product(&to_sensor, &from.unwrap_or_default().inverse_matrix());
+        let from_sensor = from.unwrap_or_default().inverse_matrix();
+        let all = |i: usize, j: usize| -> f64 {
+            (0..Axis::ALL.len()).map(|k| to_sensor[i][k] * from_sensor[k][j]).sum()
+        };
         let row = |axis: &Axis| {
             let at = *axis as usize;
             let mixed = Axis::ALL.iter().filter(|other| !axes.contains(other));
-            let missing = mixed.copied().find(|other| all[at][*other as usize].abs() > ROUNDING);
+            let missing = mixed.copied().find(|other| all(at, *other as usize).abs() > ROUNDING);
             match missing {
                 Some(missing) => Err((*axis, missing)),
-                None => Ok(axes.iter().map(|other| all[at][*other as usize]).collect()),
+                None => Ok(axes.iter().map(|other| all(at, *other as usize)).collect()),
             }
         };
         axes.iter().map(row).collect()

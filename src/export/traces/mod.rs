@@ -42,8 +42,8 @@ pub struct Interval<'a> {
 /// another, so states are kept through pauses between them up to [`Calibration::keep_secs`].
 ///
 /// A row has the recording and the time. For each axis follow Reference, Uncompensated and Compensated loads, and the errors
-/// Uncompensated − Reference and Compensated − Reference. Cells that need a missing reference are empty. The file name ending selects one of [`TRACE_FORMATS`]. An unknown ending
-/// means the first format.
+/// Uncompensated − Reference and Compensated − Reference. Cells that need a missing reference are empty. The file name ending
+/// selects one of [`TRACE_FORMATS`]. An unknown ending means the first format.
 ///
 /// # Errors
 /// [`WriteError`] if the file cannot be written, a recording has other gauges than the calibration, or the user stops the work.

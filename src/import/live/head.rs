@@ -361,8 +361,8 @@ impl LiveHead {
     }
 }
 
-/// Finds the columns of rows as a device prints them. `header` holds the names and the delimiter of a table without a time. Returns `None`
-/// if more lines are needed.
+/// Finds the columns of rows as a device prints them. `header` holds the names and the delimiter of a table without a time.
+/// Returns `None` if more lines are needed.
 fn of_device(
     form: RowForm,
     mut rows: Vec<Arrived>,

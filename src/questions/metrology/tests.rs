@@ -112,9 +112,9 @@ fn the_branches_of_a_table_without_times_show_the_hysteresis_of_a_computed_load(
     assert!(matches!(times.conventional, Err(Reason::NoTimes { .. })));
 }
 
-/// Weights by hand on a gauge of 20 counts for each newton: three cycles over 0, 4 and 10 N. The readings at 4 N are 80 + c on
-/// the way up and 80 + 2 c on the way down in cycle c, and those at zero are c after cycle c. The load is a twentieth of the
-/// readings.
+/// A gauge reads 20 counts per newton. Weights of 4 and 10 N are put on and taken off in three cycles, for which c is 1, 3 and
+/// 2. The gauge reads 80 + c at 4 N while the load rises, 80 + 2 c at 4 N while it falls, and c at zero after the cycle. The
+/// computed load is a twentieth of the reading.
 #[test]
 fn a_table_of_weights_has_figures_of_readings_in_the_same_direction() {
     let cycle = |c: f64| [(4.0, 80.0 + c), (10.0, 200.0), (4.0, 80.0 + 2.0 * c), (0.0, c)];

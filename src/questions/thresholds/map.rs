@@ -466,11 +466,11 @@ impl FlatRange {
 
 /// Pair of thresholds with the lowest cross-validation error in the map. Test recordings are not used.
 ///
-/// A pair is as good as the minimum if its error is not above the minimum with 90 % confidence (see
+/// A pair counts as good as the minimum unless its error is higher with 90 % confidence (see
 /// [`ErrorBlocks::is_below`]). A range is the run of equally good values around the minimum, with the other threshold fixed.
 /// Within the ranges, the choice hardly matters.
 ///
-/// The error at the minimum is lower than the error on new samples, because the pair is chosen among many.
+/// The error at the minimum is too low for new samples, because the lowest of many errors was chosen.
 #[derive(Debug, PartialEq, Serialize)]
 pub struct Suggestion {
     pub thresholds: Thresholds,

@@ -515,8 +515,8 @@ fn counts_repetitions(open: &[usize], words: &[Vec<String>]) -> bool {
     is_count && series.len() >= FEWEST_FOUND && 2 * series.len() <= open.len()
 }
 
-/// Groups recordings that repeat the same course of the load, or short presses of the same shape. The group has the name of its first recording. Returns `None`
-/// if the training recordings run each load programme less than twice on average.
+/// Groups recordings that repeat the same course of the load, or short presses of the same shape. The group has the name of its
+/// first recording. Returns `None` if the training recordings run each load programme less than twice on average.
 fn by_loads(entries: &[Entry], training: &[usize]) -> Option<Way> {
     let recordings: Vec<&Recording> = entries.iter().map(|entry| &*entry.recording).collect();
     let are_repeated = |programmes: &Vec<usize>| {

@@ -46,7 +46,7 @@ impl Shape {
         2 + self.n_gauges + axis
     }
 
-    /// Returns the indices of the columns one and loads.
+    /// Returns the indices of the column of ones and of the load columns.
     pub fn inputs(&self) -> Vec<usize> {
         with_one(self.load(0)..self.width())
     }

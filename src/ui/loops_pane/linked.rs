@@ -190,7 +190,8 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
     sample
 }
 
-/// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. After a click, returns the samples of the load cycle that contains the sample.
+/// Marks one sample in the loops and in the traces: the sample under the pointer in either pane. After a click, returns the
+/// samples of the load cycle that contains the sample.
 pub fn link(
     ui: &Ui,
     drawn: &Drawn,
