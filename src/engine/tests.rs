@@ -1089,6 +1089,10 @@ fn a_changed_column_map_reads_the_open_files_of_its_shape_again() {
     assert_eq!(names(engine.project()), ["x", "y"]);
     assert_eq!(engine.project().axes(), FORCES);
     assert!(paths.iter().all(|path| engine.project().maps[path] == map));
+    // The page begins with the roles that the file has.
+    engine.act(Action::Import(ImportCommand::Open(paths[1].clone())));
+    settle(&mut engine);
+    assert_eq!(engine.importing.as_ref().unwrap().map, map);
 }
 
 #[test]

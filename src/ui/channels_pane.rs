@@ -28,7 +28,7 @@ use crate::{
 /// Width of the list of channels (points).
 const LIST_WIDTH: f32 = 190.0;
 /// Width of the table of figures (points).
-const TABLE_WIDTH: f32 = 230.0;
+const TABLE_WIDTH: f32 = 250.0;
 /// Minimum width of the pane (points) for the table beside the plot.
 const WIDTH_FOR_TABLE: f32 = 640.0;
 /// Minimum height of the pane (points) for the spectrum under the plot.

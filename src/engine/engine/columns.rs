@@ -26,7 +26,10 @@ impl Engine {
             None => {
                 let path = paths.remove(0);
                 let mut importing = Importing { path, waiting: paths, ..Importing::default() };
-                let preview = importing.look(Known::Nothing);
+                let preview = match self.project.maps.get(&importing.path) {
+                    Some(map) => importing.take_map(map.clone()),
+                    None => importing.look(Known::Nothing),
+                };
                 self.preview.ask_again(preview);
                 self.importing = Some(importing);
             }

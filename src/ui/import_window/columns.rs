@@ -16,10 +16,10 @@ use crate::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
     },
-    shown,
     ui::{
         choice::named_choice,
         controls::{Controls as _, named},
+        numbers::significant,
     },
 };
 
@@ -71,7 +71,7 @@ pub fn columns(
                 .column(Column::exact(130.0))
                 .columns(Column::exact(84.0), 2)
                 .column(Column::exact(28.0))
-                .column(Column::exact(150.0).clip(true))
+                .column(Column::exact(160.0).clip(true))
                 .column(Column::remainder().at_least(160.0).clip(true))
                 .header(20.0, |mut titles| {
                     for (title, explanation) in [
@@ -274,13 +274,18 @@ fn column_row(
     });
     row.col(|ui| {
         let range = match (report.min, report.max) {
-            (Some(min), Some(max)) => {
-                format!("{} … {}", shown::number(min), shown::number(max)).replace('-', "−")
-            }
+            (Some(min), Some(max)) => range(min, max),
             _ => report.content.name().to_owned(),
         };
         ui.weak(range);
     });
+}
+
+/// Returns the range of a channel, with as many digits as tell its ends apart: time stamps differ in their last digits.
+fn range(min: f64, max: f64) -> String {
+    let alike = (min.abs().max(max.abs()) / (max - min)).log10();
+    let digits = if alike.is_finite() { 4 + alike.max(0.0) as usize } else { 4 };
+    format!("{} … {}", significant(min, digits), significant(max, digits)).replace('-', "−")
 }
 
 /// Draws the rarely used settings of a channel.
