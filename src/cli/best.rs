@@ -13,7 +13,7 @@ use super::{
     error::JobError,
     exports::{add, check_determined, check_endings, check_formats},
     inputs::Files,
-    recordings::RecordingArgs,
+    recordings::{Inputs, RecordingArgs},
     run::{Run, Work, examples},
     values::{named_file, number_in},
 };
@@ -78,9 +78,11 @@ impl Work for BestJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         check_endings(&self.export)?;
         let minutes = self.minutes;
-        let recordings = Arc::new(self.recordings.read(run, &self.common.rated())?);
+        let inputs = self.recordings.read(run, self.common.rated())?;
+        let settings = inputs.rated(self.common.settings(&inputs.recordings));
+        let Inputs { recordings, sensor } = inputs;
         let search = Search {
-            settings: self.common.settings(&recordings),
+            settings,
             recordings: Arc::clone(&recordings),
             candidates: if self.paper { Candidates::Paper } else { Candidates::All },
             // Longer limits count as 1e9 s (30 years), so that the sum of the present time and the limit does not overflow.
@@ -120,7 +122,7 @@ impl Work for BestJob {
                 run.say.finding(worse);
             }
             let mut files = Together::default();
-            let whole = handed_over(&request, &calibration, &progress)?;
+            let whole = handed_over(&request, &calibration, &progress)?.of_sensor(&sensor.identity);
             add(run, &whole, &self.export, &mut files)?;
             files.finish()?;
         }

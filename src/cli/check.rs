@@ -54,9 +54,6 @@ pub struct CheckJob {
     recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// TOML file with the sensor's identity and rated loads. `loopscope sensor` prints a template.
-    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
-    sensor: Option<PathBuf>,
     /// Verdict from which the exit code is 3.
     #[arg(long, value_name = "VERDICT", value_parser = verdict(), default_value = "insufficient")]
     fail_on: Verdict,
@@ -93,14 +90,14 @@ struct Report<'a> {
 
 impl Work for CheckJob {
     fn files(&self) -> Files<'_> {
-        self.recordings.files().or_these(&self.files).reading(&self.sensor)
+        self.recordings.files().or_these(&self.files)
     }
 
     fn run(&self, run: &Run) -> Result<(), JobError> {
         // An unusable file is reported, but does not prevent the check of the other files.
         let mut recordings = self.recordings.clone();
         recordings.read.keep_going = true;
-        let (request, sensor) = request_of(run, &recordings, &self.model, self.sensor.as_deref())?;
+        let (request, sensor) = request_of(run, &recordings, &self.model)?;
         let range = recordings.read.range(request.settings.full_scale.clone());
         let asked =
             CheckData { unusable: run.say.files_left_out(), ..CheckData::of(&request, range) };

@@ -1,7 +1,7 @@
 //! Arguments that several jobs share: recordings and their roles, the sensor file, limits, and settings of the measured
 //! figures.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
@@ -15,6 +15,7 @@ use super::{
     values::named_file,
 };
 use crate::{
+    calibration::FitSettings,
     questions::{
         Request,
         expected_error::limits::{Checked, Limits},
@@ -49,6 +50,25 @@ pub struct RecordingArgs {
     /// the file, or else detected from the names].
     #[arg(long, value_name = "PATTERN")]
     group: Option<GroupPattern>,
+    /// TOML file with the sensor's identity, operator, date, reference, rated loads and frame, for all exports and the report.
+    /// `loopscope sensor` prints a template.
+    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
+    sensor: Option<PathBuf>,
+}
+
+/// Recordings, and the content of the sensor file.
+pub struct Inputs {
+    pub recordings: Arc<RecordingSet>,
+    pub sensor: SensorFile,
+}
+
+impl Inputs {
+    /// Adds the rated loads of the sensor to the settings, for axes whose full scale was not given.
+    pub fn rated(&self, mut settings: FitSettings) -> FitSettings {
+        let axes = &self.recordings.layout().axes;
+        rate(&self.sensor.rated_loads, axes, &mut settings.full_scale);
+        settings
+    }
 }
 
 impl RecordingArgs {
@@ -58,10 +78,17 @@ impl RecordingArgs {
             test: self.split.is_none().then_some(&self.test[..]),
             ..Files::default()
         }
-        .reading(self.read.columns_file())
+        .reading(self.read.columns_file().into_iter().chain(&self.sensor))
     }
 
-    pub fn read(&self, run: &Run, rated: &Rated) -> Result<RecordingSet, JobError> {
+    /// Reads the sensor file, if there is one, and the recordings.
+    pub fn read(&self, run: &Run, rated: Rated) -> Result<Inputs, JobError> {
+        let sensor = self.sensor.as_deref().map(SensorFile::read).transpose()?.unwrap_or_default();
+        let rated = Rated { by_axis: sensor.rated_loads.clone(), frame: sensor.frame, ..rated };
+        Ok(Inputs { recordings: Arc::new(self.read_rated(run, &rated)?), sensor })
+    }
+
+    fn read_rated(&self, run: &Run, rated: &Rated) -> Result<RecordingSet, JobError> {
         let by_map = self.read.map()?.and_then(|map| map.group);
         let mut set =
             self.read.read_set(run, rated, |entry| self.grouped(entry, by_map.as_ref()))?;
@@ -128,14 +155,10 @@ pub fn request_of(
     run: &Run,
     recordings: &RecordingArgs,
     model: &ModelArgs,
-    sensor: Option<&Path>,
 ) -> Result<(Request, SensorFile), JobError> {
-    let sensor = sensor.map(SensorFile::read).transpose()?.unwrap_or_default();
-    let rated = Rated { by_axis: sensor.rated_loads.clone(), frame: sensor.frame, ..model.rated() };
-    let recordings = recordings.read(run, &rated)?;
-    let mut settings = model.settings(&run.say, &recordings);
-    rate(&sensor.rated_loads, &recordings.layout().axes, &mut settings.full_scale);
-    Ok((Request::fit(Arc::new(recordings), settings), sensor))
+    let inputs = recordings.read(run, model.rated())?;
+    let settings = inputs.rated(model.settings(&run.say, &inputs.recordings));
+    Ok((Request::fit(inputs.recordings, settings), inputs.sensor))
 }
 
 /// Command-line arguments of `fit` and `report`: recordings, model, sensor file and limits.
@@ -145,10 +168,6 @@ pub struct FitArgs {
     pub recordings: RecordingArgs,
     #[command(flatten)]
     model: ModelArgs,
-    /// TOML file with the sensor's identity, operator, date, reference and rated loads, for all exports and the report. `loopscope
-    /// sensor` prints a template.
-    #[arg(long, value_name = "SENSOR.toml", value_parser = named_file())]
-    sensor: Option<PathBuf>,
     /// TOML file with limits for the calibration, such as `expected_error = 1.0` (percent of full scale), `rmse = "0.2 N"` and
     /// `loop_width = { Fx = 0.5 }`. If a figure exceeds its limit or is unknown, the exit code is 3.
     #[arg(long, value_name = "LIMITS.toml", value_parser = named_file())]
@@ -164,13 +183,12 @@ pub struct FitInputs {
 
 impl FitArgs {
     pub fn files(&self) -> Files<'_> {
-        self.recordings.files().reading(self.sensor.iter().chain(&self.limits))
+        self.recordings.files().reading(&self.limits)
     }
 
     pub fn read(&self, run: &Run) -> Result<FitInputs, JobError> {
         let limits = self.limits.as_deref().map(Limits::read).transpose()?.unwrap_or_default();
-        let sensor = self.sensor.as_deref();
-        let (request, sensor) = request_of(run, &self.recordings, &self.model, sensor)?;
+        let (request, sensor) = request_of(run, &self.recordings, &self.model)?;
         Ok(FitInputs { request, sensor, limits })
     }
 }

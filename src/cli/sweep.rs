@@ -163,8 +163,9 @@ impl Work for SweepJob {
         let t_ths_secs = self.t_th.values("t_th")?;
         let grid = |f_ths| ThresholdGrid::new(f_ths, t_ths_secs.clone());
         let given = given.map(grid).transpose()?;
-        let recordings = Arc::new(self.recordings.read(run, &self.blocks.common.rated())?);
-        let settings = self.blocks.settings(&run.say, &recordings);
+        let inputs = self.recordings.read(run, self.blocks.common.rated())?;
+        let settings = inputs.rated(self.blocks.settings(&run.say, &inputs.recordings));
+        let recordings = inputs.recordings;
         let progress = &run.progress;
         let study = Study::prepare(&Request::fit(Arc::clone(&recordings), settings), progress)?;
         let measure = match self.measure {

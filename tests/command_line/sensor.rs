@@ -40,6 +40,20 @@ fn every_export_contains_the_identity_of_the_sensor() {
     assert_eq!((standard.len(), standard[0].as_array().unwrap().len()), (1, 3));
 }
 
+#[test]
+fn best_and_sweep_obey_the_sensor_file() {
+    let workshop = Workshop::with_recordings();
+    workshop.write("sensor.toml", SENSOR);
+    let best = ["best", "--sensor", "sensor.toml", "--minutes", "0.02", "--export", "best.json"];
+    succeed(workshop.path(), &[&best[..], &ALL_FILES].concat());
+    let best = json(&workshop.read("best.json"));
+    assert_eq!(best["identity"]["serial"], "4711");
+    assert_eq!(best["full_scale"], serde_json::json!([10.0]));
+    let sweep = ["sweep", "--sensor", "sensor.toml", "--f-th", "1", "--t-th", "5", "--json"];
+    let sweep = succeed(workshop.path(), &[&sweep[..], &ALL_FILES].concat());
+    assert_eq!(json(&stdout(&sweep))["full_scale"], serde_json::json!([10.0]));
+}
+
 const FRAME: &str = "[frame]\nturn_degrees = [10, -20, 35]\nshift_metres = [0.02, -0.03, 0.05]\n";
 
 /// Matrix of the frame above, from NumPy: `[[R, 0], [[p]x R, R]]` with R = Rz(35°) Ry(-20°) Rx(10°).
