@@ -326,6 +326,7 @@ pub enum Id {
     ZeroJumped,
     Mountings,
     GaugeChanged,
+    OneDisagrees,
     AllGaugesChanged,
     ReferenceScale,
     FrameTurned,
@@ -507,6 +508,11 @@ impl Id {
             Self::GaugeChanged => (
                 "rig",
                 "check this gauge, its cable and its amplifier, or exclude the recordings from training",
+                &[Roles],
+            ),
+            Self::OneDisagrees => (
+                "rig",
+                "compare its clock, the point and the units of its reference, and its kind of loading with the others; exclude it from training if one of them is wrong",
                 &[Roles],
             ),
             Self::AllGaugesChanged => (

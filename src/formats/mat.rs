@@ -118,6 +118,10 @@ fn newer(
         }
         let (MI_MATRIX, bytes) = matrix else { continue };
         let (name, content) = content(Elements { bytes, is_big_endian }, None, 0)?;
+        // A matrix without a name holds what objects and functions of the other variables need.
+        if name.is_empty() && matches!(content, Content::Array(..)) {
+            continue;
+        }
         let Content::Struct(elements) = content else {
             top.take(name, content);
             continue;

@@ -482,3 +482,73 @@ fn empty_cells_at_the_end_are_silent() {
     let loaded = read_as(text, "time Fz gauge ignore");
     assert_eq!((loaded.recordings[0].duration_secs(), loaded.warnings.len()), (2.0, 0));
 }
+
+/// A known unit in brackets counts wherever it stands in the name, and a number behind a unit tells equal columns apart.
+#[test]
+fn a_unit_within_a_name_is_the_unit() {
+    for (name, newtons) in [
+        ("Force (kN) Run #1", 1e3),
+        ("Force_kN_1", 1e3),
+        ("Load(kgf)_1", 9.806_65),
+        ("Kraft [kN] Kanal 1", 1e3),
+        ("Сила, кН", 1e3),
+    ] {
+        let text = table(&format!("Time (s) Run #1\t{name}\tBridge (mV) Run #1"), 40, |k| {
+            vec![0.1 * k, (k % 7.0) + 0.5, (k * k) % 11.0]
+        });
+        let loaded = read_as(&text, "time Fz gauge");
+        assert_eq!(loaded.recordings[0].loads()[1], 1.5 * newtons, "{name}");
+    }
+    // A coefficient is no centinewton.
+    let text = table("alpha\tCn\tS1", 40, |k| vec![(k * 3.0) % 5.0, 0.0, (k * k) % 7.0]);
+    assert_eq!(read_as(&text, "channel ignore gauge").mapped.questions, []);
+}
+
+/// Names such as `Unnamed: 0` are no note above the table, and a short header names the first columns.
+#[test]
+fn headers_of_other_programs_are_found() {
+    let row = |k: f64| vec![k, 0.1 * k, (k % 7.0) + 0.5, (k * k) % 11.0];
+    let commas = |text: String| text.replace('\t', ",");
+    for name in ["Unnamed: 0", "Ch: 3"] {
+        let text = commas(table(&format!("{name}\tt [s]\tForce [N]\tRaw"), 80, row));
+        assert_eq!(read_as(&text, "channel time Fz gauge").recordings[0].loads()[1], 1.5);
+    }
+    let text = commas(table("Sequence\tSample Number\tTime", 80, |k| {
+        vec![k % 2.0, k, 0.1 * k, (k % 7.0) + 0.5, (k * k) % 11.0]
+    }));
+    assert_rate(&read_as(&text, "channel channel time gauge gauge").recordings[0], 10.0);
+    let text = "Run\tTime\tAlpha\tB1\tB2\n/\tH:M:S\tdegrees\tsteps\tsteps\n".to_owned()
+        + &(0..40)
+            .map(|k| format!("{k}\t13:31:{k:02}\t{}\t{}\t{}\n", k % 3, (k * k) % 7, (k * k) % 11))
+            .collect::<String>();
+    let loaded = read_as(&text, "channel time channel gauge gauge");
+    assert_eq!(loaded.recordings[0].gauge_names(), ["B1", "B2"]);
+    assert_rate(&loaded.recordings[0], 1.0);
+}
+
+/// A stamp, a column in milliseconds and a constant are not the gauges or the clock that their names suggest.
+#[test]
+fn clocks_are_no_gauges() {
+    let epoch = |k: f64| 1_770_048_075.0 + 0.1 * k;
+    let text = table("UnixTimestamp\tRaw\tForce_N", 40, |k| vec![epoch(k), k % 7.0, k % 5.0]);
+    assert_rate(&read_as(&text, "time gauge Fz").recordings[0], 10.0);
+    let text = table("host_ts_ms\tch0\tForce_N", 40, |k| {
+        vec![1e3 * epoch((k / 5.0).floor()), k % 7.0, k % 5.0]
+    });
+    read_as(&text, "channel gauge Fz");
+    let text =
+        table("Microseconds\tt [s]\tRaw\tForce_N", 40, |k| vec![200.0, 0.1 * k, k % 7.0, k % 5.0]);
+    assert_rate(&read_as(&text, "ignore time gauge Fz").recordings[0], 10.0);
+}
+
+#[test]
+fn trials_are_groups_and_a_nul_ends_a_line() {
+    let text = table("trial\tt [s]\tRaw\tForce_N", 80, |k| {
+        vec![(k / 20.0).floor(), 0.1 * k, k % 7.0, k % 5.0]
+    });
+    read_as(&text, "group time gauge Fz");
+    let text = table("t [s]\tRaw\tForce_N", 40, |k| vec![0.1 * k, k % 7.0, k % 5.0]);
+    let blanks = " ".repeat(100) + "\t";
+    let loaded = read_as(&text.replace('\n', "\0\n").replace('\t', &blanks), "time gauge Fz");
+    assert_eq!(loaded.recordings[0].loads()[3], 3.0);
+}

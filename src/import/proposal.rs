@@ -172,7 +172,10 @@ impl<'a> Proposal<'a> {
                 self.give(index, ColumnRole::Load(axis), Reason::Name);
             }
         }
-        let is_group = |own: &ColumnReport| own.named.name.eq_ignore_ascii_case("group");
+        let is_group = |own: &ColumnReport| {
+            let name = own.named.name.to_lowercase();
+            name == "group" || name == "trial" && 4 * own.n_different < self.rows.len()
+        };
         if let Some(&index) = self.free(is_group).first() {
             self.give(index, ColumnRole::Group, Reason::Name);
         }
@@ -332,6 +335,19 @@ impl<'a> Proposal<'a> {
         };
         let mut why = Reason::Name;
         let mut times = self.free(is_named);
+        // A clock moves. Of several, an even one is that of the samples, and a time of day with uneven steps that of the disk.
+        let may_be_clock = |index: &usize| {
+            let own = &self.columns[*index];
+            own.content != Content::Numbers || own.moves()
+        };
+        if times.iter().any(may_be_clock) {
+            times.retain(may_be_clock);
+        }
+        let is_even = |index: &usize| self.columns[*index].is_even;
+        let of_day = |index: &usize| self.columns[*index].form == Some(TimeForm::TimeOfDay);
+        if times.first().is_some_and(|first| of_day(first) && !is_even(first)) {
+            times.sort_by_key(|index| !is_even(index));
+        }
         let fraction = self.stamp_fraction(&mut times);
         if times.is_empty() {
             times = self.free(is_clock);
@@ -483,6 +499,7 @@ impl<'a> Proposal<'a> {
             }
             // Without names, a column that runs like a clock is one of another device.
             let is_clock = own.named.has_clock_word()
+                || own.unit.as_deref().and_then(TimeUnit::from_name).is_some()
                 || own.runs_like_clock && self.names().is_empty() && own.is_even && has_time;
             own.moves()
                 && own.named.kind.is_none()

@@ -19,8 +19,8 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
     }
     // A mass stands for its weight.
     Some(match plain(unit)?.as_str() {
-        "n" | "newton" | "newtons" => 1.0,
-        "kn" => 1e3,
+        "n" | "newton" | "newtons" | "н" => 1.0,
+        "kn" | "кн" => 1e3,
         "dan" => 10.0,
         "cn" => 1e-2,
         "mn" => 1e-3,
@@ -28,7 +28,7 @@ pub fn force_in_newtons(unit: &str) -> Option<f64> {
         "lbf" | "lb" | "lbs" | "pound" | "pounds" => POUND_FORCE,
         "klbf" | "kip" | "kips" => 1e3 * POUND_FORCE,
         "ozf" | "oz" => POUND_FORCE / 16.0,
-        "kgf" | "kp" | "kg" => KILOGRAM_FORCE,
+        "kgf" | "kp" | "kg" | "кгс" | "кг" => KILOGRAM_FORCE,
         "gf" | "g" | "gram" | "grams" => KILOGRAM_FORCE / 1e3,
         "mg" => KILOGRAM_FORCE / 1e6,
         "t" | "tf" | "ton" | "tonne" => KILOGRAM_FORCE * 1e3,
@@ -90,7 +90,8 @@ pub fn auxiliary_unit(unit: &str) -> (String, f64, f64) {
 pub fn temperature_in_celsius(unit: &str) -> Option<(f64, f64)> {
     const FAHRENHEIT: f64 = 5.0 / 9.0;
     Some(match closed_up(unit).as_str() {
-        "°c" | "℃" | "degc" | "c" | "celsius" | "gradc" | "degreescelsius" | "ºc" => (1.0, 0.0),
+        "°c" | "℃" | "degc" | "degrc" | "c" | "celsius" | "gradc" | "degreesc"
+        | "degreescelsius" | "ºc" => (1.0, 0.0),
         "k" | "kelvin" | "°k" | "degk" => (1.0, -273.15),
         "°f" | "℉" | "degf" | "f" | "fahrenheit" | "ºf" => (FAHRENHEIT, -32.0 * FAHRENHEIT),
         _ => return None,

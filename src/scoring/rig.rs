@@ -8,6 +8,7 @@ mod cause;
 mod chance;
 mod clipped;
 mod columns;
+mod curved;
 mod fits;
 mod mountings;
 mod report;
@@ -26,6 +27,7 @@ use crate::{
     recording::{Axis, Recording},
     scoring::{
         faults::are_of_one_table,
+        hold_one_load,
         rig::fits::{Fit, Moments, Shape},
     },
 };
@@ -53,6 +55,8 @@ pub struct Rig {
     shape: Shape,
     /// For each run, the indices of its recordings in the list given to [`Rig::of`].
     runs: Vec<Vec<usize>>,
+    /// True if each recording holds one load, so that a change of the gauges is not told from the load that it belongs to.
+    hold_one_load: bool,
     /// Mean and scale (standard deviation) of each gauge. The sums contain gauges minus this mean, divided by this scale.
     scales: Vec<(f64, f64)>,
     /// Largest minus smallest value of each gauge, divided by the gauge's scale.
@@ -95,8 +99,10 @@ impl Rig {
         let run_of = |at: usize| at * n_runs / order.len();
         let mut runs: Vec<Vec<usize>> = vec![Vec::new(); n_runs];
         order.iter().enumerate().for_each(|(at, own)| runs[run_of(at)].extend(own));
-        let mut rig = Self { units: Vec::new(), shape, runs, scales, spans };
-        rig.units = units(recordings, &rig, |_, _| true);
+        let loads = recordings.iter().map(|own| own.loads());
+        let hold_one_load = hold_one_load(loads, first.axes().len());
+        let mut rig = Self { units: Vec::new(), shape, runs, hold_one_load, scales, spans };
+        rig.units = units(recordings, &rig, |_, _| true, &mut |_, _| {});
         Some(rig)
     }
 
@@ -183,11 +189,12 @@ impl Rig {
 }
 
 /// Returns the sums of products over the units of each run. Samples are omitted for which `is_used`, given the index of the
-/// recording and of the sample, is false.
+/// recording and of the sample, is false. `change` gets the gauges and the loads of each sample, and may change the gauges.
 fn units(
     recordings: &[&Recording],
     rig: &Rig,
     is_used: impl Fn(usize, usize) -> bool,
+    change: &mut dyn FnMut(&mut [f64], &[f64]),
 ) -> Vec<Unit> {
     let (n_runs, shape) = (rig.n_runs(), &rig.shape);
     let axes = shape.axes_in(recordings[0]);
@@ -208,7 +215,10 @@ fn units(
                     axes.iter().zip(&shape.full_scale).map(|(axis, full)| loads[*axis] / full);
                 let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
                 rows.extend([1.0, time]);
+                let first = rows.len();
                 rows.extend(rig.standard(recording.gauges_at(sample)).chain(loads));
+                let (gauges, loads) = rows[first..].split_at_mut(shape.n_gauges);
+                change(gauges, loads);
                 rows.resize(rows.len().next_multiple_of(stride), 0.0);
             }
             if rows.len() >= BLOCK * stride || (k + 1) * n_units / n > unit {

@@ -179,6 +179,45 @@ fn sound_sets_of_common_procedures_are_not_accused() {
     assert!(32 * accused.len() as u64 <= sets, "{accused:#?}");
 }
 
+/// To try more sets: `LAB_FROM=1000 LAB_SETS=400 cargo test --release --test rig curved -- --nocapture`.
+#[test]
+fn curved_gauges_are_not_called_changed() {
+    let (from, sets) = (number("LAB_FROM", 0), number("LAB_SETS", 32));
+    let accused = |seed: &u64| {
+        let mut set = laboratory::sound(*seed);
+        let bends: Vec<f64> = set.span.iter().map(|span| 0.04 / span).collect();
+        for row in set.runs.iter_mut().flat_map(|run| &mut run.gauges) {
+            row.iter_mut().zip(&bends).for_each(|(own, bend)| *own += bend * *own * *own);
+        }
+        let found: Vec<String> = causes(&set).iter().map(ToString::to_string).collect();
+        let text = format!("{}: {}", described(&set), found.join("\n      "));
+        (!found.is_empty()).then_some(text)
+    };
+    let accused: Vec<String> = (from..from + sets).filter_map(|seed| accused(&seed)).collect();
+    println!("{} of {sets} curved sets accused\n{}", accused.len(), accused.join("\n"));
+    assert!(16 * accused.len() as u64 <= sets, "{accused:#?}");
+}
+
+/// In one of at least five recordings, the gauges are written late.
+#[test]
+fn a_recording_that_disagrees_for_another_reason_is_named() {
+    let is_wide = |set: &Set| set.runs.len() > 4 && set.runs[2].programme == Programme::Random;
+    let late = |mut set: Set| {
+        set.runs[2].gauges.rotate_right(20);
+        set
+    };
+    let disagrees = |set: &Set| {
+        let errors: Vec<f64> = rig(set).table().iter().map(|run| run.error).collect();
+        let others = errors.iter().enumerate().filter(|(at, _)| *at != 2);
+        errors[2] > 4.0 * others.fold(0.0, |most: f64, (_, own)| most.max(*own))
+    };
+    let sets = (0..400).map(|seed| Set::sound(seed, 5)).filter(is_wide).map(late);
+    let sets: Vec<Set> = sets.filter(disagrees).take(8).collect();
+    assert_eq!(sets.len(), 8);
+    let named = sets.iter().filter(|set| !causes(set).is_empty()).count();
+    assert!(named > 6, "{named}");
+}
+
 /// The loads are limited by their controller, so they return to exactly their maximum, but the reference measures them correctly.
 #[test]
 fn a_limited_load_of_curved_gauges_is_not_called_a_clipped_reference() {

@@ -39,11 +39,17 @@ pub struct ColumnName {
 
 impl ColumnName {
     pub fn parse(cell: &str) -> Self {
-        let (stem, bracketed) = split_brackets(cell.trim());
+        let within;
+        let (mut name, mut bracketed) = split_brackets(cell.trim());
         // A word in round brackets that is no unit belongs to the name, as in `Load (filtered)`.
         let is_remark = cell.trim_end().ends_with(')') && bracketed.is_some_and(is_plain_word);
-        let bracketed = bracketed.filter(|_| !is_remark);
-        let name = stem;
+        bracketed = bracketed.filter(|_| !is_remark);
+        if bracketed.is_none()
+            && let Some((before, unit, after)) = unit_within(cell.trim())
+        {
+            within = format!("{before} {after}");
+            (name, bracketed) = (&within, Some(unit));
+        }
         let separators = name.match_indices(['_', ' ', '/']);
         let mut separators = separators.take_while(|(at, _)| *at <= LONGEST);
         let plain_name = |kind, unit| Understood { kind, unit, source: String::new() };
@@ -64,13 +70,14 @@ impl ColumnName {
         let is_time =
             |unit: &str| plain(name) == TIME_WITH_UNIT && TimeUnit::from_name(unit).is_some();
         let unit = bracketed.or(unit);
+        // In two letters, `Cn` is a coefficient and `cN` a unit.
         let bare = || {
-            (name.len() > 1 && is_load_unit(name) && !is_one_of(name, words::OTHER_UNITS))
-                .then_some(name)
+            let is_unit = is_load_unit(name) && !is_one_of(name, words::OTHER_UNITS);
+            (is_unit && (name.len() > 2 || name.len() == 2 && !name.ends_with('n'))).then_some(name)
         };
         let unit = unit.or_else(bare);
         Self {
-            name: if is_remark { cell.trim() } else { name }.to_owned(),
+            name: if is_remark && bracketed.is_none() { cell.trim() } else { name }.to_owned(),
             kind: kind
                 .or_else(|| unit.is_some_and(is_time).then_some(Kind::Time))
                 .or_else(|| unit.is_some_and(is_of_gauges_alone).then_some(Kind::Gauge))
@@ -120,7 +127,8 @@ impl ColumnName {
         let name = self.name.to_lowercase();
         let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).collect();
         let is_other = |unit: &str| is_of_gauges_alone(unit) || self.is_other_quantity(Some(unit));
-        unit.is_some_and(is_load_unit) || (words::is_load(&words) && !unit.is_some_and(is_other))
+        unit.is_some_and(is_load_unit)
+            || words::is_load(&words) && !unit.is_some_and(is_other) && !self.has(&[words::SPREADS])
     }
 
     /// Returns true if a load without an axis is a moment.
@@ -190,7 +198,10 @@ impl ColumnName {
 
     /// Returns the unit behind a name whose kind is unknown, as in `Mass_kg`.
     pub fn unit_behind_name(&self) -> Option<String> {
-        let (start, unit) = self.name.rsplit_once(['_', ' ', '/'])?;
+        // A number behind the unit tells equal columns apart, as in `Force_kN_1`.
+        let digits = self.name.trim_end_matches(|c: char| c.is_ascii_digit());
+        let name = digits.strip_suffix(['_', ' ']).unwrap_or(&self.name);
+        let (start, unit) = name.rsplit_once(['_', ' ', '/'])?;
         if let Some(above) = start.strip_suffix("_per").or_else(|| start.strip_suffix(" per")) {
             let above = above.rsplit(['_', ' ']).next().unwrap_or_default();
             return Some(format!("{above}/{unit}"));
@@ -264,6 +275,24 @@ fn split_brackets(cell: &str) -> (&str, Option<&str>) {
     }
 }
 
+/// Returns the parts of a name around a known unit in brackets, and the unit: `Force (kN) Run #1`.
+fn unit_within(cell: &str) -> Option<(&str, &str, &str)> {
+    if cell.len() > LONGEST {
+        return None;
+    }
+    [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+        let (before, rest) = cell.split_once(open)?;
+        let (unit, after) = rest.split_once(close)?;
+        let is_unit = is_any_unit(unit) || force_in_newtons(unit).is_some();
+        let after = after.trim_start_matches(['_', '-', ' ']);
+        (is_unit && !before.is_empty() && !after.is_empty()).then_some((
+            before.trim_end(),
+            unit,
+            after,
+        ))
+    })
+}
+
 /// Returns true if the text in brackets is a word that is no known unit: `filtered`. Unknown units are short.
 fn is_plain_word(inside: &str) -> bool {
     const LONGEST_UNIT_BYTES: usize = 3;
@@ -303,6 +332,16 @@ fn is_of_gauges_alone(unit: &str) -> bool {
 
 pub fn is_known_unit(unit: &str) -> bool {
     is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
+}
+
+/// Returns true for a unit of any quantity.
+pub fn is_any_unit(unit: &str) -> bool {
+    let lower = unit.trim().to_lowercase();
+    is_known_unit(unit)
+        || temperature_in_celsius(unit).is_some()
+        || angle_in_radians(unit).is_some()
+        || is_one_of(&lower, words::OTHER_UNITS)
+        || lower == "h:m:s"
 }
 
 /// Returns true for a unit of force or moment, which no gauge has.
@@ -472,6 +511,12 @@ mod tests {
             ("data[0,12] [mV/V]", "data[0,12]", Some("mV/V")),
             ("Fx (2)", "Fx (2)", None),
             ("x[10 N]", "x", Some("10 N")),
+            ("Force (kN) Run #1", "Force Run #1", Some("kN")),
+            ("Torque [mNm] 1", "Torque 1", Some("mNm")),
+            ("Load(kgf)_1", "Load 1", Some("kgf")),
+            ("Time (s) (filtered)", "Time (filtered)", Some("s")),
+            ("Cn", "Cn", None),
+            ("cN", "cN", Some("cN")),
         ] {
             let column = ColumnName::parse(cell);
             assert_eq!((&*column.name, column.unit.as_deref()), (name, unit));

@@ -8,7 +8,7 @@ pub const LONGEST: usize = 64;
 /// Names of a time column, in lower case without separators. A unit of time alone, such as `ms`, also names a time column,
 /// but a single `s` does not.
 pub const TIMES: &str = "\
-    t time times timestamp timestamps stamp elapsed elapsedtime epoch unixtime %time zeit zeitstempel tiempo tempo \
+    t time times timestamp timestamps stamp elapsed elapsedtime epoch unixtime unixtimestamp %time zeit zeitstempel tiempo tempo \
     时间 時間 時刻";
 /// Words that name a gauge if a number follows, in lower case. `strain gauge` is compared separately.
 const GAUGES: &str = "\
@@ -47,8 +47,8 @@ pub const COUNTERS: &str = "\
 pub const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \
     distance déplacement desplazamiento spostamento";
-/// Words for the spread of values and for a stress, which are no signals.
-pub const SPREADS: &str = "std stdev stddev sd sigma var variance stress";
+/// Words for the spread of values, for an error and for a stress, which are no signals.
+pub const SPREADS: &str = "std stdev stddev sd sigma var variance stress error fehler erreur";
 /// Words for a strain, and the units that it may have.
 pub const STRAINS: &str =
     "strain dehnung verformung deformación déformation 应变 压缩应变 拉伸应变 ひずみ";

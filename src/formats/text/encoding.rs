@@ -228,7 +228,12 @@ pub fn encoding_of(head: &[u8]) -> Result<(Encoding, usize), FileError> {
 fn other_kind(head: &[u8]) -> Option<FileError> {
     const UNPACK: &str = "unpack it";
     const EXPORT: &str = "export the recording as CSV";
-    const SIGNATURES: [(&[u8], &str, &str); 18] = [
+    const SIGNATURES: [(&[u8], &str, &str); 19] = [
+        (
+            b"version https://git-lfs",
+            "a pointer of Git LFS to the file",
+            "fetch the file: `git lfs pull`",
+        ),
         (
             b"\x02P",
             "a C3D file of motion capture",

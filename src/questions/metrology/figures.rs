@@ -653,7 +653,7 @@ const QUANTITIES: [(Quantity, [&str; 5]); 22] = [
         [
             "hysteresis",
             "Hysteresis",
-            "largest |falling − rising| of the output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; of cycles of a table with equal ranges, the widest. Branches are averaged over hundredths of the range, without the smaller cycles in them, and compared at 101 loads. The difference is averaged over up to 12 neighbours on each side, until its noise is at most a fiftieth of the largest difference, but not where averaging changes it by more than the noise can",
+            "largest |falling − rising| of the output at equal load, in the cycle (counted by rainflow) whose branches share the largest range of loads; of cycles of a table with equal ranges, the widest. Branches are averaged over hundredths of the range, without the smaller cycles in them, and compared at 101 loads. The difference is averaged over up to 12 neighbours on each side, until its noise is at most a fiftieth of the largest difference, but not where averaging changes it by more than the noise can. On staircases, the readings at the ends of the steps are compared. A width within three standard deviations of its noise is \"below noise\"",
             "OIML R 60-1, 3.7 (difference at the same load, rising from the minimum and falling from the maximum), in percent of full scale as in VDI/VDE 2638",
             ONE_AXIS_AT_REST,
         ],

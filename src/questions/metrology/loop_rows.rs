@@ -54,13 +54,12 @@ impl<'a> LoopRows<'a> {
     pub fn figures(&self, output: usize) -> Vec<(Quantity, Figure)> {
         let largest = self.cycles.largest.as_ref().map(std::slice::from_ref);
         let mean = self.cycles.mean.as_deref().map_err(Clone::clone);
-        let width = Loop::largest_width;
         let terminal = self.nonlinearity(output, |path| Line::through_ends(&path.points));
         let best_fit = self.nonlinearity(output, |path| Line::best_fit(path.averages()));
         vec![
-            (Quantity::Hysteresis, self.of_loop(largest.map_err(Clone::clone), output, width)),
-            (Quantity::MeanLoopHysteresis, self.of_loop(mean, output, width)),
-            (Quantity::LoopArea, self.of_loop(self.averaged(), output, Loop::area)),
+            (Quantity::Hysteresis, self.hysteresis(largest.map_err(Clone::clone), output)),
+            (Quantity::MeanLoopHysteresis, self.hysteresis(mean, output)),
+            (Quantity::LoopArea, self.area(self.averaged(), output)),
             (Quantity::TerminalNonlinearity, terminal),
             (Quantity::BestFitNonlinearity, best_fit),
             (Quantity::CombinedError, self.combined_error(output)),
@@ -120,10 +119,47 @@ impl<'a> LoopRows<'a> {
         Loop::mean(&loops.collect::<Vec<_>>()).ok_or(Reason::Overflow { axis })
     }
 
-    fn of_loop(&self, cycles: Found<&[Cycle]>, output: usize, size: fn(&Loop) -> f64) -> Figure {
+    fn area(&self, cycles: Found<&[Cycle]>, output: usize) -> Figure {
         let cycles = cycles?;
-        let found = Value::at(size(&self.mean_loop(cycles, output)?), self.place(cycles));
+        let found = Value::at(self.mean_loop(cycles, output)?.area(), self.place(cycles));
         Ok(self.basis(found, cycles.len(), common_loads(cycles)))
+    }
+
+    /// Returns the largest width of the mean of these cycles. On staircases, the readings at the ends of the steps are compared.
+    fn hysteresis(&self, cycles: Found<&[Cycle]>, output: usize) -> Figure {
+        let cycles = cycles?;
+        let (size, noise) = match self.width_of_steps(cycles, output) {
+            Some(of_steps) => of_steps,
+            None => {
+                let mean = self.mean_loop(cycles, output)?;
+                (mean.largest_width(), mean.width_noise())
+            }
+        };
+        self.view.above_noise(size, noise, None)?;
+        let found = Value { uncertainty: Some(noise), ..Value::at(size, self.place(cycles)) };
+        Ok(self.basis(found, cycles.len(), common_loads(cycles)))
+    }
+
+    /// Returns the largest difference between the readings of the falling and the rising branches of staircases, and its noise;
+    /// `None` if a branch is no staircase, or in a table.
+    fn width_of_steps(&self, cycles: &[Cycle], output: usize) -> Option<(f64, f64)> {
+        let on = |branch: fn(&Cycle) -> &Branch| -> Option<Path> {
+            let branches: Vec<(usize, &Branch)> =
+                cycles.iter().map(|cycle| (cycle.recording, branch(cycle))).collect();
+            let are_steps = branches.iter().all(|(recording, branch)| {
+                self.curve(&self.view.runs[*recording], branch, output).1.is_some()
+            });
+            if are_steps { self.path(&branches, output).ok() } else { None }
+        };
+        if self.table_noise.is_some() {
+            return None;
+        }
+        let (rising, falling) = (on(Cycle::rising)?, on(Cycle::falling)?);
+        let along = Curve::through(falling.points.clone());
+        let ends: MinMax = falling.points.iter().map(|(load, _)| *load).collect();
+        let shared = rising.points.iter().filter(|(load, _)| ends.contains(*load));
+        let widths = shared.map(|(load, rising)| (along.at(*load) - rising).abs());
+        Some((widths.fold(0.0, f64::max), rising.noise.hypot(falling.noise)))
     }
 
     /// Returns the mean of these branches, which have one direction.

@@ -23,6 +23,8 @@ const GAUGE_RIDGE: f64 = 1e-9;
 const RIDGES: [f64; 4] = [1e-6, 1e-4, 1e-2, 1.0];
 /// Maximum number of fits that each leave out some units.
 const MOST_FOLDS: usize = 10;
+/// Mean ratio of the squared loads of a fold to those of the others, above which the others hardly have its loads.
+const MOST_NEW_LOADS: f64 = 30.0;
 
 /// Solves a symmetric, positive definite system; zero if it is not positive definite.
 pub fn solve(products: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
@@ -196,6 +198,29 @@ impl HeldOut<'_> {
         let errors = self.error_sums(&total, &weights, &rows, &self.base);
         let noise = self.passed_on(&weights, &rows, &self.base);
         errors.iter().map(|own| own.square / total[(0, 0)]).zip(noise).collect()
+    }
+
+    /// Returns true if a fold leaves out loads of which the others have hardly any, on any combination of axes.
+    pub fn leaves_out_new_loads(&self) -> bool {
+        let loads: Vec<usize> =
+            [0].into_iter().chain(self.columns.loads..self.columns.width).collect();
+        let n_loads = loads.len();
+        let of_units = |units: &[usize]| {
+            let blocks = units.iter().flat_map(|unit| self.units[*unit].block_numbers());
+            blocks.fold(Mat::zeros(n_loads, n_loads), |sum: Mat<f64>, block| {
+                sum + picked(&self.sums.blocks[block], &loads, &loads)
+            })
+        };
+        let folds: Vec<Mat<f64>> = self.folds().iter().map(|units| of_units(units)).collect();
+        let total = folds.iter().fold(Mat::zeros(n_loads, n_loads), |sum: Mat<f64>, own| sum + own);
+        folds.iter().any(|own| {
+            let mut others = &total - own;
+            let weight = own[(0, 0)] / others[(0, 0)].max(1.0);
+            (0..n_loads).for_each(|at| others[(at, at)] += 1e-9 * total[(at, at)]);
+            let ratios = solve(&others, own);
+            let sum: f64 = (0..n_loads).map(|at| ratios[(at, at)]).sum();
+            sum > MOST_NEW_LOADS * weight * n_loads as f64
+        })
     }
 
     /// Returns the numbers of the units that each fold leaves out.

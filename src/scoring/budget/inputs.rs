@@ -15,6 +15,10 @@ use crate::{
 /// Maximum number of gauges of which each has columns of its own. With more gauges, the strongest principal components take
 /// their place.
 pub const MOST_GAUGES: usize = 8;
+/// Maximum number of gauges with columns of hysteresis.
+const MOST_EXPECTED: usize = 16;
+/// Correlation of two gauges' predictions from which one of them is enough.
+const ALIKE: f64 = 0.999;
 /// Standard deviation below which a channel counts as constant, as a share of its mean.
 const CONSTANT: f64 = 1e-9;
 /// Standard deviation of a conventional load below which its axis has no columns, as a share of the largest one.
@@ -74,8 +78,8 @@ pub struct Inputs {
     pub conventional: Mat<f64>,
     /// Coefficients of the conventional loads of the axes that move, which have the standard deviation 1.
     pub loads: Mat<f64>,
-    /// Coefficients from these loads to the gauges that they predict, which have the standard deviation 1; from loads to
-    /// themselves if there are many gauges.
+    /// Coefficients from these loads to the gauges that they predict, which have the standard deviation 1; to the least alike
+    /// of them if there are many gauges.
     pub expected: Mat<f64>,
     /// Coefficients of the principal components, which have the standard deviation 1; `None` if there are few gauges.
     pub components: Option<Mat<f64>>,
@@ -115,15 +119,12 @@ impl Inputs {
         });
         let of_loads = loads.transpose() * &among_gauges * &loads;
         let components = (g > MOST_GAUGES).then(|| components(&among_gauges)).flatten();
-        let expected = if components.is_some() {
-            Mat::identity(moving.len(), moving.len())
-        } else {
-            let predicted = pseudo_inverse(&of_loads)? * loads.transpose() * &among_gauges;
-            let deviations = self::deviations(&(predicted.transpose() * &of_loads * &predicted));
-            Mat::from_fn(moving.len(), g, |load, gauge| {
-                predicted[(load, gauge)] / (deviations[gauge] + 1e-12)
-            })
-        };
+        let predicted = pseudo_inverse(&of_loads)? * loads.transpose() * &among_gauges;
+        let deviations = self::deviations(&(predicted.transpose() * &of_loads * &predicted));
+        let expected = Mat::from_fn(moving.len(), g, |load, gauge| {
+            predicted[(load, gauge)] / (deviations[gauge] + 1e-12)
+        });
+        let expected = if components.is_some() { unlike(&expected, &of_loads) } else { expected };
         let gauges_from_loads = pseudo_inverse(&among_loads)? * with_loads.transpose();
         Some(Self {
             gauges,
@@ -177,6 +178,23 @@ fn covariance(runs: &[Run<'_>], gauges: &Channels, load_means: &[f64]) -> Mat<f6
     }
     let n = sums.n_samples() as f64;
     Mat::from_fn(g + n_axes, g + n_axes, |i, j| sums.feature_product(i, j) / n)
+}
+
+/// Returns the columns of gauges whose predictions are least alike. `of_loads` is the covariance matrix of the loads.
+fn unlike(expected: &Mat<f64>, of_loads: &Mat<f64>) -> Mat<f64> {
+    let correlations = expected.transpose() * of_loads * expected;
+    let mut taken = vec![0];
+    while taken.len() < MOST_EXPECTED {
+        let likeness = |gauge: &usize| {
+            let with = taken.iter().map(|other| correlations[(*gauge, *other)].abs());
+            with.fold(0.0, f64::max)
+        };
+        let all = 0..expected.ncols();
+        let next = all.min_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+        let Some(next) = next.filter(|own| likeness(own) < ALIKE) else { break };
+        taken.push(next);
+    }
+    Mat::from_fn(expected.nrows(), taken.len(), |load, at| expected[(load, taken[at])])
 }
 
 fn deviations(covariance: &Mat<f64>) -> Vec<f64> {

@@ -34,6 +34,7 @@ use crate::{
             shares::Decision, sums::Sums, time_scale::TimeScale,
         },
         cross_validation::FEWEST_RECORDINGS,
+        hold_one_load,
     },
 };
 
@@ -57,6 +58,9 @@ pub struct Budget {
     pub n_recordings: usize,
     /// Causes whose columns the calibration contains already, so that what it does not follow is unexplained.
     pub in_model: Vec<Cause>,
+    /// True if parts of the samples have loads that the others lack.
+    #[serde(skip)]
+    pub has_new_loads: bool,
     /// Shares on each axis.
     #[serde(serialize_with = "shares_or_reasons")]
     pub axes: Vec<Result<Shares, NoBudget>>,
@@ -87,9 +91,10 @@ impl Budget {
     /// fit's cross-validation gives on each axis (full scale²), if they are given. The fits of the budget differ from it in the
     /// ridge, and leave out several recordings together if there are many.
     pub fn scaled_to(mut self, mean_squares: Option<&[f64]>, pools: &[Vec<usize>]) -> Self {
+        let has_new_loads = self.has_new_loads;
         let scale = |shares: &mut Result<Shares, NoBudget>, axes: &[usize]| {
             let Ok(own) = shares else { return };
-            if own.over_in_sample > MOST_OVER_IN_SAMPLE {
+            if has_new_loads && own.over_in_sample > MOST_OVER_IN_SAMPLE {
                 *shares = Err(NoBudget::MissingLoads);
             } else if let Some(squares) = mean_squares {
                 let sum: f64 = axes.iter().map(|axis| squares[*axis]).sum();
@@ -110,6 +115,8 @@ const IN_MODEL: f64 = 0.95;
 /// Sums of recordings, from which the budgets of the uncompensated and of the compensated calibration follow.
 pub struct Measured<'a> {
     n_recordings: usize,
+    /// True if each recording holds one load, so that a zero of its own would explain whatever the calibration does not follow.
+    hold_one_load: bool,
     full_scale: &'a [f64],
     scale: TimeScale,
     columns: Columns,
@@ -148,6 +155,7 @@ impl<'a> Measured<'a> {
         let sums = Sums::collect(runs, &columns, model, (&units, noise), progress)?;
         Ok(Some(Self {
             n_recordings: runs.len(),
+            hold_one_load: hold_one_load(runs.iter().map(|run| run.loads), full_scale.len()),
             full_scale,
             scale,
             columns,
@@ -178,7 +186,11 @@ impl<'a> Measured<'a> {
             sums,
             base,
             model_ridge: self.model_ridge,
-            of_units: of_units(units, sums, are_segments, *scale),
+            of_units: if self.hold_one_load {
+                Vec::new()
+            } else {
+                of_units(units, sums, are_segments, *scale)
+            },
             full_scale,
         };
         let errors = held_out.errors(progress)?;
@@ -209,6 +221,7 @@ impl<'a> Measured<'a> {
             change_samples: scale.change_samples,
             n_recordings: self.n_recordings,
             in_model,
+            has_new_loads: held_out.leaves_out_new_loads(),
             axes: (0..full_scale.len()).map(|axis| decision.shares(&[axis])).collect(),
             pools: pools.iter().map(|axes| decision.shares(axes)).collect(),
             tested,

@@ -110,7 +110,13 @@ impl Loop {
     ///
     /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the maximum.
     pub fn largest_width(&self) -> f64 {
-        self.quiet_widths().into_iter().fold(0.0, f64::max)
+        // At the ends, single samples are compared.
+        self.quiet_widths()[1..LOADS - 1].iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Returns the standard deviation of the noise of the smoothed width.
+    pub fn width_noise(&self) -> f64 {
+        quiet(&self.widths().collect::<Vec<f64>>(), MAX_NOISE, SURE).1
     }
 
     /// Returns the mean magnitude of the loop's width over the loop's load range, in the unit of the output.

@@ -145,7 +145,7 @@ impl Rig {
     /// Returns the fault that explains most of the held-out error, or `None` if no fault explains enough.
     pub fn contradiction(&self) -> Option<Contradiction> {
         // A single recording is not judged: hysteresis that builds up looks like a drift of the zeros.
-        if self.n_runs() < 2 {
+        if self.n_runs() < 2 || self.hold_one_load {
             return None;
         }
         let with = self.left_out_error();
@@ -496,7 +496,7 @@ impl Rig {
         recordings: &[&Recording],
         is_used: impl Fn(usize, usize) -> bool,
     ) -> f64 {
-        error(&units(recordings, self, is_used), &self.shape)
+        error(&units(recordings, self, is_used, &mut |_, _| {}), &self.shape)
     }
 
     /// Returns the probability that the values of units follow a straight line in `x` by chance: once from the scatter of
@@ -524,7 +524,7 @@ impl Rig {
 }
 
 /// Returns the held-out error over all axes, as a share of full scale.
-fn error(units: &[Unit], shape: &Shape) -> f64 {
+pub fn error(units: &[Unit], shape: &Shape) -> f64 {
     fits::mean_error(&fits::left_out(units, shape), units, |_| true)
 }
 

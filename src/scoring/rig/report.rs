@@ -88,6 +88,8 @@ impl RigReport {
         let changes = rig.changes_within(training, progress)?;
         if findings.is_empty() && is_searched {
             let found = rig.contradiction();
+            // Gauges that are curved need no fault to disagree between recordings with other loads.
+            let found = found.filter(|own| rig.error_when_straight(training) > own.without);
             // The drift within recordings says more than the drift from one recording to the next.
             let found = found.filter(|own| own.cause != Cause::Drift || changes.is_empty());
             findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
@@ -95,8 +97,37 @@ impl RigReport {
         findings.extend(changes);
         findings.extend(rig.clipped_reference(training));
         progress.check()?;
-        Ok(Some(Self { runs: rig.table(), names, gauges, findings }))
+        let runs = rig.table();
+        if findings.is_empty() && is_searched {
+            findings.extend(one_disagrees(&runs, &names));
+        }
+        Ok(Some(Self { runs, names, gauges, findings }))
     }
+}
+
+/// Minimum number of recordings from which one may disagree with the others.
+const FEWEST_TO_DISAGREE: usize = 4;
+/// Ratio of the held-out error of a recording to that of any other, from which it disagrees with them.
+const DISAGREES: f64 = 3.0;
+/// Smallest error of a recording that disagrees, as a share of full scale.
+const LEAST_DISAGREEMENT: f64 = 0.005;
+
+/// Returns the finding that the others predict one recording far worse than each other, without a known cause.
+fn one_disagrees(runs: &[Run], names: &[String]) -> Option<Finding> {
+    let mut order: Vec<usize> = (0..runs.len()).collect();
+    order.sort_by(|a, b| runs[*b].error.total_cmp(&runs[*a].error));
+    let [worst, next, ..] = order[..] else { return None };
+    let [error, others] = [worst, next].map(|at| runs[at].error);
+    let disagrees = runs.len() >= FEWEST_TO_DISAGREE
+        && error > DISAGREES * others
+        && error > LEAST_DISAGREEMENT;
+    let [shown, at_most] = [error, others].map(|own| significant(100.0 * own, 2));
+    let seen = format!(
+        "{} disagrees with the other recordings: its held-out error is {shown} % of full scale, theirs at most {at_most} %",
+        names[worst]
+    );
+    disagrees
+        .then(|| Finding::new(Id::OneDisagrees, Verdict::Doubtful, seen).costing(error - others))
 }
 
 /// Returns true if these are the load cases of one table, in the order of their loads on all axes. A curve of the gauges then

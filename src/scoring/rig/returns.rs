@@ -51,6 +51,8 @@ const CERTAIN: f64 = 100.0;
 const CLEARER: f64 = 1.5;
 /// Share of the visits at each end of a recording in which no jump is searched. Hysteresis builds up in the first ones.
 const EDGE: f64 = 0.1;
+/// Maximum mean square that a reported change alone would give, as a multiple of the mean square error.
+const MOST_CHANGE: f64 = 1.5;
 /// Smallest change that is reported (full scale).
 const SMALLEST: f64 = 0.002;
 
@@ -249,6 +251,10 @@ fn change(visits: &[Row], axis: usize, n_axes: usize, duration: f64) -> Option<C
     } else {
         return None;
     };
+    // A change that is found in a small part of the recording must not exceed the errors of the whole.
+    if part * amount * amount > MOST_CHANGE * square {
+        return None;
+    }
     let without = (square - part * amount * amount).max(0.0).sqrt();
     let (certainty, errors) = (certainty(left), [square.sqrt(), without]);
     // Among many recordings, hysteresis alone resembles a small change in one of them.

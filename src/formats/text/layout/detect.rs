@@ -11,7 +11,7 @@ use super::{
     start::{HEAD_BYTES, Line, first_lines, names, unbracketed},
 };
 use crate::formats::{
-    column_name::{ColumnName, Kind, is_known_unit},
+    column_name::{ColumnName, Kind, is_any_unit, is_known_unit},
     text::written::{Decimal, Delimiter, Preamble, TextLayout, Thousands},
 };
 
@@ -182,10 +182,18 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     let n_row = Cells::new(lines[row].text, delimiter).count();
     let is_as_wide = |at: &usize| {
         let n = n_cells(*at);
-        (n_filled.saturating_sub(1)..=n_row + 1).contains(&n) && (n > 1 || n_row == 1 && row == 1)
+        let fits = (n_filled.saturating_sub(1)..=n_row + 1).contains(&n);
+        // A header may name the first columns only.
+        let names_first = || {
+            let mut cells = names(lines[*at].text, delimiter).into_iter();
+            n > 2
+                && n < n_row
+                && cells.any(|cell| ColumnName::parse(&cell).kind == Some(Kind::Time))
+        };
+        (fits || names_first()) && (n > 1 || n_row == 1 && row == 1)
     };
     let is_alone = |at: &usize| n_row > 1 && is_lone_word(lines[*at].text, delimiter);
-    let may_be = |at: &usize| !is_note(lines[*at].text) && !is_alone(at);
+    let may_be = |at: &usize| !is_note(lines[*at].text, delimiter) && !is_alone(at);
     let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
     let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
     let mut above = (0..row).rev().filter(may_be).filter(|at| !any_words || has_words(at));
@@ -235,8 +243,14 @@ fn is_below_names(names_above: &[u8], text: &[u8], delimiter: Delimiter) -> bool
     is_units_row(text, delimiter) || is_second_row
 }
 
-/// Returns true if a line is a note, a word with its value: `Sample rate: 200 Hz`.
-fn is_note(text: &[u8]) -> bool {
+/// Returns true if a line is a note, a word with its value: `Sample rate: 200 Hz`. Names such as `Unnamed: 0` stand beside others.
+fn is_note(text: &[u8], delimiter: Delimiter) -> bool {
+    let mut others = Cells::new(text, delimiter).skip(1);
+    if delimiter != Delimiter::Spaces
+        && others.any(|cell| cell.first().is_some_and(u8::is_ascii_alphabetic))
+    {
+        return false;
+    }
     let text = String::from_utf8_lossy(text);
     let Some((word, value)) = text.split_once([':', '=']) else {
         return false;
@@ -245,11 +259,15 @@ fn is_note(text: &[u8]) -> bool {
     is_word && value.trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '-')
 }
 
-/// Returns true if a line below the header holds units: at least one known unit and no values.
+/// Returns true if a line below the header holds units: at least one known unit, or several other units, and no values.
 pub fn is_units_row(text: &[u8], delimiter: Delimiter) -> bool {
     let cells = names(text, delimiter);
     let (n_values, _) = counts(text, delimiter);
-    n_values == 0 && cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
+    let is_other = |cell: &&String| is_any_unit(unbracketed(cell)) || *cell == "/";
+    let n_others = cells.iter().filter(is_other).count();
+    n_values == 0
+        && (cells.iter().any(|cell| is_known_unit(unbracketed(cell)))
+            || n_others > 1 && 2 * n_others >= cells.len())
 }
 
 /// Returns true if the comma in a cell may separate thousands, as in `1,250`.

@@ -130,6 +130,16 @@ pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         {
             (start.n_lines, start.n_bytes) = (line.number, line.end);
         }
+        // The header may name the first columns only.
+        let filled = |line: &&Line| {
+            let cells: Vec<&[u8]> = Cells::new(line.text, delimiter).collect();
+            cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
+        };
+        let width = most_frequent(&rows.by_ref().map(|line| filled(&line)).collect::<Vec<_>>());
+        start.n_columns = start.n_columns.max(width);
+        if width > start.names.len() {
+            start.names.resize(width, String::new());
+        }
     } else {
         start.line = rows.peek()?.number;
         start.n_columns = most_frequent(
