@@ -12,8 +12,10 @@ use crate::{
         calibration::Calibration,
         choice::Blocks,
         estimator::{Estimator, SampleError},
+        linear_map::LinearMap,
+        sums::Piece,
     },
-    features::share_of_unknown,
+    features::next_share,
     progress::{Cancelled, Progress},
     recording::Recording,
 };
@@ -34,6 +36,8 @@ const MOST_SAMPLES: usize = 20_000;
 struct Run<'a> {
     recording: &'a Recording,
     between: Vec<(usize, usize)>,
+    /// Parts that cross-validation leaves out; may be empty.
+    pieces: &'a [Piece],
 }
 
 /// Returns for each memory the longest pause (s) after which the load errs less if the memory is kept. Memories that should start
@@ -103,7 +107,7 @@ impl<'a> Run<'a> {
             (index(from), index(from + between_secs))
         });
         let between = between.filter(|(first, end)| first < end).collect::<Vec<_>>();
-        (between.len() > 1).then_some(Self { recording, between })
+        (between.len() > 1).then_some(Self { recording, between, pieces: &[] })
     }
 
     /// Passes a sample to the estimator and returns its compensated load.
@@ -144,10 +148,12 @@ fn some_of(mut runs: Vec<Run<'_>>) -> Vec<Run<'_>> {
     runs
 }
 
-/// Strengths of the fade that [`measured_fade`] tries. Each is half a power of ten above the one before. A strength is the
-/// unknown part u of the load directly after a start.
-const FADES: [f64; 11] =
-    [0.1, 0.316, 1.0, 3.16, 10.0, 31.6, 100.0, 316.0, 1000.0, 3160.0, 10_000.0];
+/// Strengths of the fade that [`measured_fade`] tries, in equal ratios. A strength is the unknown part u of the load directly
+/// after a start.
+const FADES: [f64; 17] = [
+    1.0, 1.78, 3.16, 5.62, 10.0, 17.8, 31.6, 56.2, 100.0, 178.0, 316.0, 562.0, 1e3, 1780.0, 3160.0,
+    5620.0, 1e4,
+];
 /// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
 const WORTH_FADING: f64 = 0.99;
 /// No fade is used if the root mean square error after cold starts is below this share of the conventional one: the
@@ -157,34 +163,48 @@ const GOOD_START: f64 = 0.9;
 /// Returns the factors of [`Calibration::fade`] with which the load errs least in the first [`BETWEEN_SECS`] after cold starts,
 /// all over the training recordings; empty if the load errs hardly more without a fade, or clearly less than the conventional
 /// load. `calibration` must have none.
+///
+/// `recordings` come with their parts for cross-validation, and `left_out` holds for each part the linear map of a fit without
+/// it. The loads of a part are computed with this map, because a fit errs less on its own recordings than on others. Without
+/// such maps, all loads are those of the calibration.
 pub(crate) fn measured_fade<'a>(
     calibration: &Calibration,
-    recordings: impl Iterator<Item = &'a Recording>,
+    recordings: impl Iterator<Item = (&'a Recording, &'a [Piece])>,
+    left_out: &[LinearMap],
     progress: &Progress,
 ) -> Result<Vec<Vec<f64>>, Cancelled> {
     let mut factors = calibration.fade_factors();
     let usable = recordings
-        .filter(|recording| !recording.is_static() && *recording.axes() == calibration.axes);
-    let prepared: Result<Vec<_>, _> =
-        usable.map(|recording| calibration.prepared(recording)).collect();
+        .filter(|(recording, _)| !recording.is_static() && *recording.axes() == calibration.axes);
+    let prepared: Result<Vec<_>, _> = usable
+        .map(|(recording, pieces)| calibration.prepared(recording).map(|found| (found, pieces)))
+        .collect();
     let (Ok(recordings), false) = (prepared, factors.is_empty()) else { return Ok(Vec::new()) };
-    let runs = recordings.iter().filter_map(|recording| Run::of(recording, 0.0)).collect();
-    let runs = some_of(runs);
+    let runs = recordings
+        .iter()
+        .filter_map(|(recording, pieces)| Some(Run { pieces, ..Run::of(recording, 0.0)? }));
+    let runs = some_of(runs.collect());
     let design = calibration.design();
+    let without_part =
+        |map: &LinearMap| Calibration { compensated: Some(map.clone()), ..calibration.clone() };
+    let without_part: Vec<Calibration> = left_out.iter().map(without_part).collect();
     let of_run = |run: &Run<'_>| {
-        let mut estimator = Estimator::new(calibration, &design).ok()?;
         let mut squares = [0.0; FADES.len() + 2];
         for (first, end) in run.between.iter().copied() {
             progress.check().ok()?;
-            estimator.reset();
+            let piece = run.pieces.iter().find(|piece| piece.samples.contains(&first));
+            let fitted = piece.and_then(|piece| without_part.get(piece.fold));
+            let mut estimator = Estimator::new(fitted.unwrap_or(calibration), &design).ok()?;
+            let mut faded = [1.0; FADES.len()];
             for k in first..end {
                 let Ok(loads) = run.update(&mut estimator, k) else { continue };
                 let compensated = loads.to_vec();
                 let unknown = estimator.unknown(&factors);
-                let faded = FADES.map(|fade| share_of_unknown(fade * unknown));
+                for (share, fade) in faded.iter_mut().zip(FADES) {
+                    *share = next_share(*share, fade * unknown);
+                }
                 // The compensated and the conventional load come first.
-                let shares = [1.0, 0.0].into_iter().chain(faded);
-                for (square, share) in squares.iter_mut().zip(shares) {
+                for (square, share) in squares.iter_mut().zip([1.0, 0.0].iter().chain(&faded)) {
                     let loads = compensated.iter().zip(estimator.conventional());
                     let loads = loads.map(|(load, before)| before + share * (load - before));
                     *square += run.square(k, loads, &calibration.full_scale);

@@ -29,9 +29,12 @@ def low_passed(times, gauges, tau):
 
 def known_play(signal, radius):
     """Returns the play operator. Until the signal has travelled twice the radius, the operator depends on its start. Its difference to the
-    signal is weighted by a share that rises from 0 to 1 as the travel rises from the radius to twice the radius."""
+    signal is weighted by a share that rises from 0 to 1 as the travel rises from the radius to twice the radius, by at most 0.03 from one
+    sample to the next."""
     travel = np.maximum.accumulate(signal) - np.minimum.accumulate(signal)
-    return signal + np.clip(travel / max(radius, 1e-300) - 1.0, 0.0, 1.0) * (play(signal, radius) - signal)
+    most = 0.03 * np.arange(len(signal))
+    share = np.minimum.accumulate(np.clip(travel / max(radius, 1e-300) - 1.0, 0.0, 1.0) - most) + most
+    return signal + share * (play(signal, radius) - signal)
 
 
 def monomials(z, degree):

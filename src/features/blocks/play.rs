@@ -4,10 +4,11 @@
 //! `p ← max(s − r, min(s + r, p))`. The radii r are in standard deviations of the gauge, so that one list fits gauges in any
 //! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer
 //! depends on its start. The column is `s + w (p − s)`, where the weight w grows with the travel of the gauge: from 0 up to a
-//! travel of r to 1 from 2 r on. So the column has no jump.
+//! travel of r to 1 from 2 r on, by at most [`MOST_RISE`] from one sample to the next. So the column has no jump.
 
 use crate::features::{
     block::{Appends, Block, Inputs, Lists, Search, Stream},
+    design::MOST_RISE,
     gauge_scale::GaugeScale,
     setting::{Range, Setting, Unit},
     source::{Constant, Memory, Numbers, Precision, Rows, Source},
@@ -76,6 +77,7 @@ impl Block for Play {
             constants,
             vec![
                 Memory::of_gauges("play", radii.len()),
+                Memory::of_gauges("play_weight", radii.len()).about("from 0 at the start to 1"),
                 Memory::of_gauges("play_low", 1).about("minimum and maximum of the gauges so far"),
                 Memory::of_gauges("play_high", 1),
             ],
@@ -120,6 +122,7 @@ const C: &str = "
                 {{ prefix }}_real position = started ? s->play[at][g] : row[g];
                 {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g], weight = 1;
                 {{ prefix }}_real open = 2 * c->radius[at][g] - travel;
+                {{ prefix }}_real most = started ? s->play_weight[at][g] + ({{ prefix }}_real){{ most_rise }} : 0;
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;
@@ -130,6 +133,8 @@ const C: &str = "
 {% endif %}
                     weight = travel > c->radius[at][g] ? travel / c->radius[at][g] - 1 : 0;
                 }
+                weight = weight > most ? most : weight;
+                s->play_weight[at][g] = weight;
                 *next++ = weight * (position - row[g]);
             }
         }
@@ -146,6 +151,7 @@ const RUST: &str = "
             for g in 0..GAUGES {
                 if !started {
                     position[g] = row[g];
+                    self.play_weight[at][g] = -{{ most_rise }};
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
                 let travel = self.play_high[0][g] - self.play_low[0][g];
@@ -155,6 +161,8 @@ const RUST: &str = "
                 self.unknown += PLAY_FADE[at][g] * open * open;
 {% endif %}
                 let weight = if open > 0.0 { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
+                let weight = weight.min(self.play_weight[at][g] + {{ most_rise }});
+                self.play_weight[at][g] = weight;
                 row[next + g] = weight * (position[g] - row[g]);
             }
             next += GAUGES;
@@ -165,6 +173,7 @@ const PYTHON: &str = "
         if not started:
             self.play = np.tile(present, (len(RADIUS), 1))
             self.play_low = self.play_high = present
+            self.play_weight = -{{ most_rise }}
         self.play_low = np.minimum(self.play_low, present)
         self.play_high = np.maximum(self.play_high, present)
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
@@ -175,7 +184,8 @@ const PYTHON: &str = "
         self.unknown += np.sum(PLAY_FADE * open_range**2)
 {% endif %}
         fading = np.maximum(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0)
-        row.extend(np.where(open_range > 0, fading, 1.0) * (self.play - present))
+        self.play_weight = np.minimum(np.where(open_range > 0, fading, 1.0), self.play_weight + {{ most_rise }})
+        row.extend(self.play_weight * (self.play - present))
 ";
 
 const MATLAB: &str = "
@@ -188,6 +198,7 @@ state.play_high(:, 1) = max(state.play_high(:, 1), present);
 for at = 1:{{ sets }}
     if ~started
         state.play(:, at) = present;
+        state.play_weight(:, at) = -{{ most_rise }};
     end
     radius = c.radius(at, :)';
     state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
@@ -199,7 +210,8 @@ for at = 1:{{ sets }}
 {% endif %}
     weight = max(travel ./ max(radius, realmin) - 1, 0);
     weight(open_range <= 0) = 1;
-    row(next + (1:{{ n_gauges }})) = weight .* (state.play(:, at) - present);
+    state.play_weight(:, at) = min(weight, state.play_weight(:, at) + {{ most_rise }});
+    row(next + (1:{{ n_gauges }})) = state.play_weight(:, at) .* (state.play(:, at) - present);
     next = next + {{ n_gauges }};
 end
 ";
@@ -211,6 +223,8 @@ struct Operators {
     radii: Vec<f64>,
     /// Position of each play operator, in the order of the radii. Empty before the first sample.
     positions: Vec<f64>,
+    /// Weight with which each position counts, see [`weight`].
+    weights: Vec<f64>,
     /// Minimum and maximum of each gauge since the first sample.
     travel: Vec<[f64; 2]>,
 }
@@ -224,13 +238,14 @@ impl Operators {
                 .flat_map(|&radius| deviations.iter().map(move |deviation| radius * deviation))
                 .collect(),
             positions: Vec::new(),
+            weights: vec![-MOST_RISE; radii.len() * deviations.len()],
             travel: Vec::new(),
         }
     }
 }
 
-/// Returns the weight with which the position of a play operator counts after its gauge has covered this range: from 0 up to the
-/// radius to 1 from twice the radius on.
+/// Returns the weight with which the position of a play operator may count after its gauge has covered this range: from 0 up to
+/// the radius to 1 from twice the radius on.
 fn weight([low, high]: [f64; 2], radius: f64) -> f64 {
     let travel = high - low;
     if travel < 2.0 * radius { (travel / radius - 1.0).max(0.0) } else { 1.0 }
@@ -246,10 +261,12 @@ impl Stream for Operators {
             (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
         let n = gauges.len();
-        for (at, (position, radius)) in self.positions.iter_mut().zip(&self.radii).enumerate() {
+        let operators = self.positions.iter_mut().zip(&mut self.weights).zip(&self.radii);
+        for (at, ((position, known), radius)) in operators.enumerate() {
             let gauge = gauges[at % n];
             *position = position.min(gauge + radius).max(gauge - radius);
-            out[at] = gauge + weight(self.travel[at % n], *radius) * (*position - gauge);
+            *known = weight(self.travel[at % n], *radius).min(*known + MOST_RISE);
+            out[at] = gauge + *known * (*position - gauge);
         }
     }
 
