@@ -92,10 +92,11 @@ impl<'a> Run<'a> {
     /// too short.
     fn of(recording: &'a Recording, pause_secs: f64) -> Option<Self> {
         let times = recording.times();
-        let step_secs = recording.rate_hz()?.recip();
+        let (start, all_secs) = (*times.first()?, recording.duration_secs());
+        // The mean step, because samples may come in bursts.
+        let step_secs = all_secs / times.len() as f64;
         let (fewest, most) = BETWEEN_SAMPLES;
         let wanted = BETWEEN_SECS.clamp(fewest * step_secs, most * step_secs);
-        let (start, all_secs) = (*times.first()?, recording.duration_secs());
         let n_pauses = (all_secs / (pause_secs + wanted)).floor().max(1.0);
         let between_secs = (all_secs - n_pauses * pause_secs) / (n_pauses + 1.0);
         if between_secs < wanted.min(0.5 * pause_secs).max(fewest * step_secs) {
@@ -156,6 +157,8 @@ const FADES: [f64; 17] = [
 ];
 /// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
 const WORTH_FADING: f64 = 0.99;
+/// Largest unknown part u of the load in the middle of the training samples. At least a fifth of the compensation counts there.
+const MOST_USUAL: f64 = 2.0;
 /// No fade is used if the root mean square error after cold starts is below this share of the conventional one: the
 /// compensation then helps from the start.
 const GOOD_START: f64 = 0.9;
@@ -173,7 +176,7 @@ pub(crate) fn measured_fade<'a>(
     left_out: &[LinearMap],
     progress: &Progress,
 ) -> Result<Vec<Vec<f64>>, Cancelled> {
-    let mut factors = calibration.fade_factors();
+    let (mut factors, usual) = calibration.fade_factors();
     let usable = recordings
         .filter(|(recording, _)| !recording.is_static() && *recording.axes() == calibration.axes);
     let prepared: Result<Vec<_>, _> = usable
@@ -222,7 +225,8 @@ pub(crate) fn measured_fade<'a>(
     if without < GOOD_START * GOOD_START * conventional {
         return Ok(Vec::new());
     }
-    let tried = with.into_iter().zip(FADES).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let tried = with.into_iter().zip(FADES).filter(|(_, fade)| fade * usual <= MOST_USUAL);
+    let tried = tried.min_by(|(a, _), (b, _)| a.total_cmp(b));
     let worth = tried.filter(|(square, _)| *square < WORTH_FADING * WORTH_FADING * without);
     let Some((_, fade)) = worth else { return Ok(Vec::new()) };
     factors.iter_mut().flatten().for_each(|factor| *factor *= fade);

@@ -130,6 +130,11 @@ impl Design {
         blocks.filter(|(.., n_columns)| *n_columns > 0)
     }
 
+    /// Returns the setting's key of each feature block with columns.
+    pub fn keys_with_columns(&self) -> Vec<&'static str> {
+        self.blocks_with_columns().map(|(block, ..)| block.setting().key).collect()
+    }
+
     fn inputs(&self) -> Inputs<'_> {
         let Self { features, scale, history_step_secs, .. } = self;
         Inputs { scale, channels: &features.auxiliary, history_step_secs: *history_step_secs }

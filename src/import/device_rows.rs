@@ -428,7 +428,8 @@ impl DeviceRows {
 
 /// Returns the columns of the time in the first rows of plain numbers, all of which have equally many. `None` if it is unclear
 /// which columns are the channels. As many numbers as the calibration has channels are the channels. One number more is a time
-/// if exactly one column is a clock without jitter, or counts from 1970. Two numbers more are a time in seconds and nanoseconds if both together are a clock.
+/// if exactly one column is a clock that has no jitter or counts from 1970. Two numbers more are a time in seconds and
+/// nanoseconds if both together are a clock.
 pub fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
     let n = source.n_channels();
     let times = |time: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(time).collect::<Vec<f64>>();
@@ -475,21 +476,16 @@ fn is_from_1970(time: f64) -> bool {
 }
 
 /// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. If the user gave the unit, any step
-/// is right. A clock never goes back, and moves in
-/// nearly equal steps, which are near to the step of the calibration in one of the units. Each time of a coarse clock is
-/// repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
+/// is right. A clock never goes back, and its steps are near to the step of the calibration in one of the units. Each time of
+/// a coarse clock is repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
 /// 1 in each row must be very near.
 fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<TimeUnit> {
     /// Minimum number of steps.
     const FEWEST_STEPS: usize = 4;
-    /// Factors of the median step between which the steps of a clock are, apart from a few.
-    const EVEN: RangeInclusive<f64> = 0.5..=1.5;
     /// Factors of the calibration's step between which the step of a counter must be.
     const VERY_NEAR: RangeInclusive<f64> = 0.67..=1.5;
     let steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
     let step = median_step(times)?;
-    let rises: Vec<f64> = steps.iter().map(|own| own / step).filter(|own| *own > 0.0).collect();
-    let n_even = rises.iter().filter(|own| EVEN.contains(own)).count();
     let runs: Vec<usize> = times.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
     // The first and the last time may be cut.
     let whole_runs = runs.get(1..runs.len() - 1)?;
@@ -498,8 +494,7 @@ fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<Ti
     let is_counter = steps.iter().all(|own| *own == 1.0);
     let is_very_near = VERY_NEAR.contains(&(step / unit.per_second() / trained_secs));
     let is_clock = steps.iter().all(|own| *own >= 0.0)
-        && n_even >= FEWEST_STEPS
-        && 5 * n_even >= 4 * rises.len()
+        && runs.len() > FEWEST_STEPS
         && longest - shortest <= 1
         && (is_very_near || !is_counter || given.is_some());
     is_clock.then_some(unit)
