@@ -469,6 +469,25 @@ mod tests {
         assert!(last > Some(0.999));
     }
 
+    /// If fits to the other recordings err by far, the load of a cold start should stay near the conventional one for longer.
+    #[test]
+    fn a_fade_is_chosen_by_fits_to_the_other_recordings() {
+        let recordings: Vec<Recording> = (1..4).map(creeping).collect();
+        let mut calibration = fitted(&recordings, creep());
+        calibration.fade.clear();
+        let map = calibration.compensated.clone().unwrap();
+        let mut other = map.clone();
+        other.matrix[0][1] *= 3.0;
+        let pieces = [Piece { samples: 0..6000, fold: 0 }];
+        let strength = |left_out: &[LinearMap]| {
+            let recordings = recordings.iter().map(|recording| (recording, &pieces[..]));
+            let progress = Progress::default();
+            measured_fade(&calibration, recordings, left_out, &progress).unwrap()[0][0]
+        };
+        assert_eq!(strength(&[map]), strength(&[]));
+        assert!(strength(&[other]) > 3.0 * strength(&[]));
+    }
+
     /// The errors of a fit are those of the loads that the calibration computes, also with a fade.
     #[test]
     fn the_errors_of_a_fit_contain_the_fade() {

@@ -45,7 +45,8 @@ def loads(cal, samples):
         determined = np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1)
         played = np.minimum(determined, 0 if begins["play_radii"] else played + 0.03)
         known = s + played * (play - s)
-        fade, open_range = cal.get("fade", {}), np.maximum(2 * radii[:, None] * sd - (high - low), 0)
+        fade = cal.get("fade", {})
+        open_range = np.maximum(2 * radii[:, None] * sd - (high - low), radii[:, None] * sd * (1 - played))
         unknown = np.sum(np.array(fade.get("creep_secs", 0 * taus)) * (1 - weight) ** 2)
         unknown += np.sum(np.array(fade.get("play_radii", 0 * open_range)).ravel() * (open_range**2).ravel())
         last, z = time, (s - shift) * inverse
