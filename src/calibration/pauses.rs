@@ -9,10 +9,7 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{
-        calibration::Calibration,
-        choice::Blocks,
-        estimator::{Estimator, SampleError},
-        linear_map::LinearMap,
+        calibration::Calibration, choice::Blocks, estimator::Estimator, linear_map::LinearMap,
         sums::Piece,
     },
     features::next_share,
@@ -111,19 +108,6 @@ impl<'a> Run<'a> {
         (between.len() > 1).then_some(Self { recording, between, pieces: &[] })
     }
 
-    /// Passes a sample to the estimator and returns its compensated load.
-    fn update<'e>(
-        &self,
-        estimator: &'e mut Estimator<'_>,
-        k: usize,
-    ) -> Result<&'e [f64], SampleError> {
-        let recording = self.recording;
-        let auxiliary = recording.auxiliary().at(k);
-        let n_auxiliary = estimator.n_auxiliary().min(auxiliary.len());
-        let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
-        estimator.update_with(time, gauges, &auxiliary[..n_auxiliary]).map(|(_, loads)| loads)
-    }
-
     /// Returns the squared error of the load of a sample, summed over the axes and divided by the squared full scale.
     fn square(&self, k: usize, loads: impl Iterator<Item = f64>, full_scale: &[f64]) -> f64 {
         let reference = &self.recording.loads()[k * full_scale.len()..];
@@ -200,7 +184,7 @@ pub(crate) fn measured_fade<'a>(
             let mut estimator = Estimator::new(fitted.unwrap_or(calibration), &design).ok()?;
             let mut faded = [1.0; FADES.len()];
             for k in first..end {
-                let Ok(loads) = run.update(&mut estimator, k) else { continue };
+                let Ok((_, loads)) = estimator.update_at(run.recording, k) else { continue };
                 let compensated = loads.to_vec();
                 let unknown = estimator.unknown(&factors);
                 for (share, fade) in faded.iter_mut().zip(FADES) {
@@ -249,8 +233,8 @@ fn squares(
             return None;
         }
         let mut estimator = Estimator::new(&calibration, &design).ok()?;
-        let mut square = |k: usize| match run.update(&mut estimator, k) {
-            Ok(loads) => run.square(k, loads.iter().copied(), &calibration.full_scale),
+        let mut square = |k: usize| match estimator.update_at(run.recording, k) {
+            Ok((_, loads)) => run.square(k, loads.iter().copied(), &calibration.full_scale),
             Err(_) => 0.0,
         };
         let blocks = run.between.iter().map(|(first, end)| {
