@@ -272,9 +272,11 @@ impl<W: io::Write> LoadRows<W> {
 
 /// Reference, conventional and compensated load of one axis; `None` for a missing load.
 type Loads = [Option<f64>; 3];
+/// Function that computes a quantity.
+type Computation = fn(Loads) -> Option<f64>;
 
 /// Label of a quantity, whether it needs a reference, and its computation.
-type Quantity = (&'static str, bool, fn(Loads) -> Option<f64>);
+type Quantity = (&'static str, bool, Computation);
 
 const QUANTITIES: [Quantity; 5] = [
     ("reference", true, |[reference, ..]| reference),
@@ -285,7 +287,7 @@ const QUANTITIES: [Quantity; 5] = [
 ];
 
 /// Table columns: label, computation, axis, and index of the axis in the calibration.
-struct Columns(Vec<(&'static str, fn(Loads) -> Option<f64>, Axis, usize)>);
+struct Columns(Vec<(&'static str, Computation, Axis, usize)>);
 
 impl Columns {
     /// Returns the table columns for these quantities. A quantity that needs a reference has a column only for axes with a
