@@ -134,15 +134,22 @@ def main():
             (
                 dict(look_back=[25.0, 60.0]),
                 dict(lags=[0.043, 0.5]),
-                dict(creep=[0.05, 0.6]),
-                dict(radii=[0.1, 0.5]),
                 dict(degree=2),
                 dict(degree=3, ridge=0.03),
-                dict(radii=[0.1, 0.5], offset=False),
                 dict(look_back=[25.0], lags=[0.2], creep=[0.3], radii=[0.2, 0.4, 1.1], degree=2, ridge=0.01),
             ),
         ),
-        ("moment_only", moment, (dict(look_back=[0.25], radii=[0.3], creep=[1.0], ridge=0.2),)),
+        (
+            "moment_only",
+            moment,
+            # Loads of these fits do not fade in, which this implementation cannot do.
+            (
+                dict(creep=[0.3]),
+                dict(radii=[0.1, 0.5]),
+                dict(radii=[0.1, 0.5], offset=False),
+                dict(look_back=[0.25], radii=[0.3], creep=[1.0], ridge=0.2),
+            ),
+        ),
     ):
         for change in changes:
             offset = change.pop("offset", True)
