@@ -149,7 +149,7 @@ impl Undetermined {
 
 /// Calibration of a sensor, which computes the load from the gauges. In a file, the matrix columns have names; see
 /// [`Calibration::in_file`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Name of the file format, always [`FORMAT`](super::error::FORMAT).
     pub format: String,

@@ -13,7 +13,10 @@ use crate::{
         status::Status,
     },
     features::{Design, FeatureStream, LiveLookBack, STORED_SAMPLES},
-    recording::gap::{LEAP_SECS, after_wrap},
+    recording::{
+        Recording,
+        gap::{LEAP_SECS, after_wrap},
+    },
 };
 
 /// Number of consecutive samples with implausible times after which the clock counts as reset.
@@ -290,8 +293,16 @@ impl<'a> Estimator<'a> {
         self.calibration.loads_of_rows(rows, &mut self.scratch, &mut self.compensated);
     }
 
-    pub(crate) fn n_auxiliary(&self) -> usize {
-        self.calibration.features.auxiliary.len()
+    /// Processes sample `k` of a [prepared](Calibration::prepared) recording like [`Self::update_with`].
+    pub(crate) fn update_at(
+        &mut self,
+        recording: &Recording,
+        k: usize,
+    ) -> Result<(Status, &[f64]), SampleError> {
+        let auxiliary = recording.auxiliary().at(k);
+        let auxiliary =
+            &auxiliary[..self.calibration.features.auxiliary.len().min(auxiliary.len())];
+        self.update_with(recording.times()[k], recording.gauges_at(k), auxiliary)
     }
 
     /// Returns what the samples so far do not tell of the states, with these factors of each state.
@@ -327,7 +338,7 @@ mod tests {
     use crate::features::{Blocks, FeatureSettings, FixedLag, Polynomial, Thresholds};
     use crate::progress::Progress;
     use crate::questions::{Request, train};
-    use crate::recording::{Entry, Recording, RecordingSet, Role, simulated};
+    use crate::recording::{Entry, RecordingSet, Role, simulated};
 
     fn some_built_in() -> RecordingSet {
         let all = simulated::recordings(7);

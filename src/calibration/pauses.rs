@@ -9,11 +9,10 @@ use rayon::prelude::*;
 
 use crate::{
     calibration::{
-        calibration::Calibration,
-        choice::Blocks,
-        estimator::{Estimator, SampleError},
+        calibration::Calibration, choice::Blocks, estimator::Estimator, linear_map::LinearMap,
+        sums::Piece,
     },
-    features::share_of_unknown,
+    features::next_share,
     progress::{Cancelled, Progress},
     recording::Recording,
 };
@@ -34,6 +33,8 @@ const MOST_SAMPLES: usize = 20_000;
 struct Run<'a> {
     recording: &'a Recording,
     between: Vec<(usize, usize)>,
+    /// Parts that cross-validation leaves out; may be empty.
+    pieces: &'a [Piece],
 }
 
 /// Returns for each memory the longest pause (s) after which the load errs less if the memory is kept. Memories that should start
@@ -88,10 +89,11 @@ impl<'a> Run<'a> {
     /// too short.
     fn of(recording: &'a Recording, pause_secs: f64) -> Option<Self> {
         let times = recording.times();
-        let step_secs = recording.rate_hz()?.recip();
+        let (start, all_secs) = (*times.first()?, recording.duration_secs());
+        // The mean step, because samples may come in bursts.
+        let step_secs = all_secs / times.len() as f64;
         let (fewest, most) = BETWEEN_SAMPLES;
         let wanted = BETWEEN_SECS.clamp(fewest * step_secs, most * step_secs);
-        let (start, all_secs) = (*times.first()?, recording.duration_secs());
         let n_pauses = (all_secs / (pause_secs + wanted)).floor().max(1.0);
         let between_secs = (all_secs - n_pauses * pause_secs) / (n_pauses + 1.0);
         if between_secs < wanted.min(0.5 * pause_secs).max(fewest * step_secs) {
@@ -103,20 +105,7 @@ impl<'a> Run<'a> {
             (index(from), index(from + between_secs))
         });
         let between = between.filter(|(first, end)| first < end).collect::<Vec<_>>();
-        (between.len() > 1).then_some(Self { recording, between })
-    }
-
-    /// Passes a sample to the estimator and returns its compensated load.
-    fn update<'e>(
-        &self,
-        estimator: &'e mut Estimator<'_>,
-        k: usize,
-    ) -> Result<&'e [f64], SampleError> {
-        let recording = self.recording;
-        let auxiliary = recording.auxiliary().at(k);
-        let n_auxiliary = estimator.n_auxiliary().min(auxiliary.len());
-        let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
-        estimator.update_with(time, gauges, &auxiliary[..n_auxiliary]).map(|(_, loads)| loads)
+        (between.len() > 1).then_some(Self { recording, between, pieces: &[] })
     }
 
     /// Returns the squared error of the load of a sample, summed over the axes and divided by the squared full scale.
@@ -144,12 +133,16 @@ fn some_of(mut runs: Vec<Run<'_>>) -> Vec<Run<'_>> {
     runs
 }
 
-/// Strengths of the fade that [`measured_fade`] tries. Each is half a power of ten above the one before. A strength is the
-/// unknown part u of the load directly after a start.
-const FADES: [f64; 11] =
-    [0.1, 0.316, 1.0, 3.16, 10.0, 31.6, 100.0, 316.0, 1000.0, 3160.0, 10_000.0];
+/// Strengths of the fade that [`measured_fade`] tries, in equal ratios. A strength is the unknown part u of the load directly
+/// after a start.
+const FADES: [f64; 17] = [
+    1.0, 1.78, 3.16, 5.62, 10.0, 17.8, 31.6, 56.2, 100.0, 178.0, 316.0, 562.0, 1e3, 1780.0, 3160.0,
+    5620.0, 1e4,
+];
 /// A fade is used if the root mean square error after cold starts falls below this share of that without a fade.
 const WORTH_FADING: f64 = 0.99;
+/// Largest unknown part u of the load in the middle of the training samples. At least a fifth of the compensation counts there.
+const MOST_USUAL: f64 = 2.0;
 /// No fade is used if the root mean square error after cold starts is below this share of the conventional one: the
 /// compensation then helps from the start.
 const GOOD_START: f64 = 0.9;
@@ -157,34 +150,48 @@ const GOOD_START: f64 = 0.9;
 /// Returns the factors of [`Calibration::fade`] with which the load errs least in the first [`BETWEEN_SECS`] after cold starts,
 /// all over the training recordings; empty if the load errs hardly more without a fade, or clearly less than the conventional
 /// load. `calibration` must have none.
+///
+/// `recordings` come with their parts for cross-validation, and `left_out` holds for each part the linear map of a fit without
+/// it. The loads of a part are computed with this map, because a fit errs less on its own recordings than on others. Without
+/// such maps, all loads are those of the calibration.
 pub(crate) fn measured_fade<'a>(
     calibration: &Calibration,
-    recordings: impl Iterator<Item = &'a Recording>,
+    recordings: impl Iterator<Item = (&'a Recording, &'a [Piece])>,
+    left_out: &[LinearMap],
     progress: &Progress,
 ) -> Result<Vec<Vec<f64>>, Cancelled> {
-    let mut factors = calibration.fade_factors();
+    let (mut factors, usual) = calibration.fade_factors();
     let usable = recordings
-        .filter(|recording| !recording.is_static() && *recording.axes() == calibration.axes);
-    let prepared: Result<Vec<_>, _> =
-        usable.map(|recording| calibration.prepared(recording)).collect();
+        .filter(|(recording, _)| !recording.is_static() && *recording.axes() == calibration.axes);
+    let prepared: Result<Vec<_>, _> = usable
+        .map(|(recording, pieces)| calibration.prepared(recording).map(|found| (found, pieces)))
+        .collect();
     let (Ok(recordings), false) = (prepared, factors.is_empty()) else { return Ok(Vec::new()) };
-    let runs = recordings.iter().filter_map(|recording| Run::of(recording, 0.0)).collect();
-    let runs = some_of(runs);
+    let runs = recordings
+        .iter()
+        .filter_map(|(recording, pieces)| Some(Run { pieces, ..Run::of(recording, 0.0)? }));
+    let runs = some_of(runs.collect());
     let design = calibration.design();
+    let without_part =
+        |map: &LinearMap| Calibration { compensated: Some(map.clone()), ..calibration.clone() };
+    let without_part: Vec<Calibration> = left_out.iter().map(without_part).collect();
     let of_run = |run: &Run<'_>| {
-        let mut estimator = Estimator::new(calibration, &design).ok()?;
         let mut squares = [0.0; FADES.len() + 2];
         for (first, end) in run.between.iter().copied() {
             progress.check().ok()?;
-            estimator.reset();
+            let piece = run.pieces.iter().find(|piece| piece.samples.contains(&first));
+            let fitted = piece.and_then(|piece| without_part.get(piece.fold));
+            let mut estimator = Estimator::new(fitted.unwrap_or(calibration), &design).ok()?;
+            let mut faded = [1.0; FADES.len()];
             for k in first..end {
-                let Ok(loads) = run.update(&mut estimator, k) else { continue };
+                let Ok((_, loads)) = estimator.update_at(run.recording, k) else { continue };
                 let compensated = loads.to_vec();
                 let unknown = estimator.unknown(&factors);
-                let faded = FADES.map(|fade| share_of_unknown(fade * unknown));
+                for (share, fade) in faded.iter_mut().zip(FADES) {
+                    *share = next_share(*share, fade * unknown);
+                }
                 // The compensated and the conventional load come first.
-                let shares = [1.0, 0.0].into_iter().chain(faded);
-                for (square, share) in squares.iter_mut().zip(shares) {
+                for (square, share) in squares.iter_mut().zip([1.0, 0.0].iter().chain(&faded)) {
                     let loads = compensated.iter().zip(estimator.conventional());
                     let loads = loads.map(|(load, before)| before + share * (load - before));
                     *square += run.square(k, loads, &calibration.full_scale);
@@ -202,7 +209,8 @@ pub(crate) fn measured_fade<'a>(
     if without < GOOD_START * GOOD_START * conventional {
         return Ok(Vec::new());
     }
-    let tried = with.into_iter().zip(FADES).min_by(|(a, _), (b, _)| a.total_cmp(b));
+    let tried = with.into_iter().zip(FADES).filter(|(_, fade)| fade * usual <= MOST_USUAL);
+    let tried = tried.min_by(|(a, _), (b, _)| a.total_cmp(b));
     let worth = tried.filter(|(square, _)| *square < WORTH_FADING * WORTH_FADING * without);
     let Some((_, fade)) = worth else { return Ok(Vec::new()) };
     factors.iter_mut().flatten().for_each(|factor| *factor *= fade);
@@ -225,8 +233,8 @@ fn squares(
             return None;
         }
         let mut estimator = Estimator::new(&calibration, &design).ok()?;
-        let mut square = |k: usize| match run.update(&mut estimator, k) {
-            Ok(loads) => run.square(k, loads.iter().copied(), &calibration.full_scale),
+        let mut square = |k: usize| match estimator.update_at(run.recording, k) {
+            Ok((_, loads)) => run.square(k, loads.iter().copied(), &calibration.full_scale),
             Err(_) => 0.0,
         };
         let blocks = run.between.iter().map(|(first, end)| {
@@ -443,6 +451,25 @@ mod tests {
             }
         }
         assert!(last > Some(0.999));
+    }
+
+    /// If fits to the other recordings err by far, the load of a cold start should stay near the conventional one for longer.
+    #[test]
+    fn a_fade_is_chosen_by_fits_to_the_other_recordings() {
+        let recordings: Vec<Recording> = (1..4).map(creeping).collect();
+        let mut calibration = fitted(&recordings, creep());
+        calibration.fade.clear();
+        let map = calibration.compensated.clone().unwrap();
+        let mut other = map.clone();
+        other.matrix[0][1] *= 3.0;
+        let pieces = [Piece { samples: 0..6000, fold: 0 }];
+        let strength = |left_out: &[LinearMap]| {
+            let recordings = recordings.iter().map(|recording| (recording, &pieces[..]));
+            let progress = Progress::default();
+            measured_fade(&calibration, recordings, left_out, &progress).unwrap()[0][0]
+        };
+        assert_eq!(strength(&[map]), strength(&[]));
+        assert!(strength(&[other]) > 3.0 * strength(&[]));
     }
 
     /// The errors of a fit are those of the loads that the calibration computes, also with a fade.

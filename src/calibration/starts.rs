@@ -33,13 +33,11 @@ pub(crate) fn scatter_of_starts<'a>(
         let mut whole_run = Estimator::new(calibration, &design).ok()?;
         let mut later_run = Estimator::new(calibration, &design).ok()?;
         for (k, time) in times.iter().enumerate() {
-            let auxiliary = recording.auxiliary().at(k);
-            let auxiliary = if calibration.features.auxiliary.is_empty() { &[] } else { auxiliary };
-            let whole = whole_run.update_with(*time, recording.gauges_at(k), auxiliary);
+            let whole = whole_run.update_at(&recording, k);
             if *time < start_secs {
                 continue;
             }
-            let later = later_run.update_with(*time, recording.gauges_at(k), auxiliary);
+            let later = later_run.update_at(&recording, k);
             if let (Ok((_, whole)), Ok((_, later))) = (whole, later)
                 && *time > full_secs
             {

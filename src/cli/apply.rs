@@ -124,7 +124,6 @@ impl ApplyJob {
         if self.status && self.out.is_none() {
             return usage("--status is a column of the loads; use --out DIR");
         }
-        self.traces.check()?;
         let outputs = self.load_files(run)?;
         let written: Vec<PathBuf> = outputs.iter().chain(&self.traces.traces).cloned().collect();
         if let Some(out) = &self.out {

@@ -72,7 +72,6 @@ impl Work for FitJob {
     fn run(&self, run: &Run) -> Result<(), JobError> {
         // The names of the output files are checked before the fit, so that no time is lost if one is wrong.
         check_endings(&self.export)?;
-        self.traces.check()?;
         let FitInputs { request, sensor, limits } = self.fit.read(run)?;
         let layout = request.recordings.layout();
         check_formats(&self.export, &Outline::of_fit(&request.settings, layout))?;

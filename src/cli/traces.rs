@@ -2,12 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, builder::TypedValueParser};
 
-use super::{
-    error::{JobError, usage},
-    values::named_file,
-};
+use super::{error::JobError, values::named_file};
 use crate::{
     calibration::Calibration,
     export::{FileFormat, TRACE_FORMATS, Together, write_traces},
@@ -18,7 +15,7 @@ use crate::{
 
 #[derive(Debug, Args)]
 pub struct TraceArgs {
-    #[arg(long, help = traces_help(), value_name = "FILE", value_parser = named_file())]
+    #[arg(long, help = traces_help(), value_name = "FILE", value_parser = traces_file())]
     pub traces: Option<PathBuf>,
 }
 
@@ -29,21 +26,17 @@ fn traces_help() -> String {
     )
 }
 
-impl TraceArgs {
-    pub fn check(&self) -> Result<(), JobError> {
-        let Some(path) = &self.traces else {
-            return Ok(());
-        };
-        if FileFormat::for_path(TRACE_FORMATS, path).is_none() {
-            return usage(format!(
-                "{}: traces cannot be written in the format of this file name ending; use {}",
-                path.display(),
-                FileFormat::listed(TRACE_FORMATS)
-            ));
-        }
-        Ok(())
-    }
+fn traces_file() -> impl TypedValueParser<Value = PathBuf> {
+    named_file().try_map(|path| match FileFormat::for_path(TRACE_FORMATS, &path) {
+        Some(_) => Ok(path),
+        None => Err(format!(
+            "traces cannot be written in the format of this file name ending; use {}",
+            FileFormat::listed(TRACE_FORMATS)
+        )),
+    })
+}
 
+impl TraceArgs {
     pub fn write<'a>(
         &self,
         files: &mut Together,

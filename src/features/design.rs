@@ -130,6 +130,11 @@ impl Design {
         blocks.filter(|(.., n_columns)| *n_columns > 0)
     }
 
+    /// Returns the setting's key of each feature block with columns.
+    pub fn keys_with_columns(&self) -> Vec<&'static str> {
+        self.blocks_with_columns().map(|(block, ..)| block.setting().key).collect()
+    }
+
     fn inputs(&self) -> Inputs<'_> {
         let Self { features, scale, history_step_secs, .. } = self;
         Inputs { scale, channels: &features.auxiliary, history_step_secs: *history_step_secs }
@@ -228,6 +233,8 @@ pub struct FeatureStream<'a> {
     blocks: Vec<(usize, Box<dyn Stream>)>,
     /// Factors of the unknown states with which standardised rows fade in; empty without a fade. See [`Self::share`].
     fade: &'a [Vec<f64>],
+    /// Share of the newest sample in the fade.
+    share: f64,
 }
 
 impl<'a> FeatureStream<'a> {
@@ -236,7 +243,7 @@ impl<'a> FeatureStream<'a> {
         let blocks = design.blocks_with_columns();
         let blocks = blocks
             .map(|(block, values, n_columns)| (n_columns, block.stream(values, &design.inputs())));
-        Self { design, blocks: blocks.collect(), fade: &[] }
+        Self { design, blocks: blocks.collect(), fade: &[], share: 1.0 }
     }
 
     /// Lets standardised rows fade in with these factors, see [`Self::share`].
@@ -263,10 +270,11 @@ impl<'a> FeatureStream<'a> {
     }
 
     /// Returns the share of the difference between compensated and conventional load that counts at the newest sample: small
-    /// while the states are unknown, then 1. `fade` has one entry for each block with columns, see
-    /// [`Calibration::fade`](crate::calibration::Calibration::fade).
-    pub fn share(&self, fade: &[Vec<f64>]) -> f64 {
-        share_of_unknown(self.missing(fade))
+    /// while the states are unknown, then 1. Must be called once for each sample. `fade` has one entry for each block with
+    /// columns, see [`Calibration::fade`](crate::calibration::Calibration::fade).
+    pub fn share(&mut self, fade: &[Vec<f64>]) -> f64 {
+        self.share = next_share(self.share, self.missing(fade));
+        self.share
     }
 
     /// Processes the next sample and writes its raw (not standardised) row of the design matrix, one entry per column.
@@ -351,10 +359,14 @@ fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     next
 }
 
+/// Most by which a share of the fade, or the weight of a play operator, rises from one sample to the next. So a load has no jump
+/// where a gauge travels far between two samples.
+pub(crate) const MOST_RISE: f64 = 0.03;
+
 /// Returns the share of the difference between compensated and conventional load that counts if this much of the states is
-/// unknown, in units of the fade.
-pub(crate) fn share_of_unknown(unknown: f64) -> f64 {
-    1.0 / (1.0 + unknown.powi(2))
+/// unknown, in units of the fade. `before` is the share of the sample before; 1 at the first sample.
+pub(crate) fn next_share(before: f64, unknown: f64) -> f64 {
+    (1.0 / (1.0 + unknown * unknown)).min(before + MOST_RISE)
 }
 
 #[cfg(test)]

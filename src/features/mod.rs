@@ -29,7 +29,7 @@ pub(crate) use channel::{AuxiliaryChannel, named};
 pub use column::Column;
 pub(crate) use column::ColumnKind;
 pub use design::Design;
-pub(crate) use design::{FeatureStream, share_of_unknown};
+pub(crate) use design::{FeatureStream, MOST_RISE, next_share};
 pub(crate) use gauge_scale::GaugeScale;
 pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};

@@ -6,7 +6,8 @@
 //! is the index of the last written column. Other code of the exported program declares constants and memory.
 //!
 //! The texts are Jinja templates with the variables `{{ prefix }}`, `{{ n_gauges }}`, `{{ n_auxiliary }}` and `{{ sets }}`, the
-//! number of the block's values; `{{ fades }}` is true if the load fades in.
+//! number of the block's values; `{{ fades }}` is true if the load fades in, and `{{ most_rise }}` is the most by which a weight rises
+//! in one sample.
 //! `auxiliary` holds the auxiliary channels of the sample. In C, an update has its own braces,
 //! and `g` is the index of a gauge.
 

@@ -428,21 +428,25 @@ impl DeviceRows {
 
 /// Returns the columns of the time in the first rows of plain numbers, all of which have equally many. `None` if it is unclear
 /// which columns are the channels. As many numbers as the calibration has channels are the channels. One number more is a time
-/// if exactly one column is a clock. Two numbers more are a time in seconds and nanoseconds if both together are a clock.
+/// if exactly one column is a clock that has no jitter or counts from 1970. Two numbers more are a time in seconds and
+/// nanoseconds if both together are a clock.
 pub fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Range<usize>> {
     let n = source.n_channels();
-    let is_clock = |time: &dyn Fn(&Vec<f64>) -> f64| {
-        clock(&rows.iter().map(time).collect::<Vec<f64>>(), source.step_secs?, source.time_unit)
-    };
+    let times = |time: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(time).collect::<Vec<f64>>();
+    let unit_of = |times: &[f64]| clock(times, source.step_secs?, source.time_unit);
     match rows.first()?.len().checked_sub(n)? {
         0 => Some(0..0),
         1 => {
-            let mut clocks = (0..=n).filter(|at| is_clock(&|row| row[*at]).is_some());
+            let is_clock = |at: &usize| {
+                let times = times(&|row| row[*at]);
+                unit_of(&times).is_some() && (is_steady(&times) || is_from_1970(times[0]))
+            };
+            let mut clocks = (0..=n).filter(is_clock);
             clocks.next().filter(|_| clocks.next().is_none()).map(|at| at..at + 1)
         }
         2 => {
             let is_stamp = |row: &Vec<f64>| row[0].fract() == 0.0 && (0.0..1e9).contains(&row[1]);
-            let unit = is_clock(&|row| row[0] - rows[0][0] + 1e-9 * row[1]);
+            let unit = unit_of(&times(&|row| row[0] - rows[0][0] + 1e-9 * row[1]));
             let is_time = unit == Some(TimeUnit::Seconds) && rows.iter().all(is_stamp);
             is_time.then_some(0..2)
         }
@@ -450,22 +454,38 @@ pub fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Ran
     }
 }
 
+/// Returns true if all steps of a clock are equal, except for rounding. A gauge under a growing load rises in steps that are
+/// nearly equal, too, but they differ by its noise.
+fn is_steady(times: &[f64]) -> bool {
+    /// Maximum difference of a step to the median step, as a share of it.
+    const JITTER: f64 = 0.03;
+    /// Minimum step of whole numbers that may differ by 1.
+    const ROUNDED: f64 = 5.0;
+    let is_whole = times.iter().all(|time| time.fract() == 0.0);
+    let mut rises = times.windows(2).map(|two| two[1] - two[0]).filter(|step| *step > 0.0);
+    median_step(times).is_some_and(|step| {
+        let is_rounded = is_whole && step >= ROUNDED;
+        let most = (JITTER * step).max(f64::from(u8::from(is_rounded)));
+        rises.all(|rise| (rise - step).abs() <= most)
+    })
+}
+
+/// Returns true if a time counts from the year 1970, in s, ms, us or ns, and lies in the years 2014 to 2036.
+fn is_from_1970(time: f64) -> bool {
+    [1.0, 1e3, 1e6, 1e9].iter().any(|unit| (1.4e9..2.1e9).contains(&(time / unit)))
+}
+
 /// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. If the user gave the unit, any step
-/// is right. A clock never goes back, and moves in
-/// nearly equal steps, which are near to the step of the calibration in one of the units. Each time of a coarse clock is
-/// repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
+/// is right. A clock never goes back, and its steps are near to the step of the calibration in one of the units. Each time of
+/// a coarse clock is repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
 /// 1 in each row must be very near.
 fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<TimeUnit> {
     /// Minimum number of steps.
     const FEWEST_STEPS: usize = 4;
-    /// Factors of the median step between which the steps of a clock are, apart from a few.
-    const EVEN: RangeInclusive<f64> = 0.5..=1.5;
     /// Factors of the calibration's step between which the step of a counter must be.
     const VERY_NEAR: RangeInclusive<f64> = 0.67..=1.5;
     let steps: Vec<f64> = times.windows(2).map(|two| two[1] - two[0]).collect();
     let step = median_step(times)?;
-    let rises: Vec<f64> = steps.iter().map(|own| own / step).filter(|own| *own > 0.0).collect();
-    let n_even = rises.iter().filter(|own| EVEN.contains(own)).count();
     let runs: Vec<usize> = times.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
     // The first and the last time may be cut.
     let whole_runs = runs.get(1..runs.len() - 1)?;
@@ -474,8 +494,7 @@ fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<Ti
     let is_counter = steps.iter().all(|own| *own == 1.0);
     let is_very_near = VERY_NEAR.contains(&(step / unit.per_second() / trained_secs));
     let is_clock = steps.iter().all(|own| *own >= 0.0)
-        && n_even >= FEWEST_STEPS
-        && 5 * n_even >= 4 * rises.len()
+        && runs.len() > FEWEST_STEPS
         && longest - shortest <= 1
         && (is_very_near || !is_counter || given.is_some());
     is_clock.then_some(unit)

@@ -506,6 +506,19 @@ mod tests {
         assert_eq!(last_time(&numbers_after(4, |k| format!("{},", 10 * k))), None, "too few rows");
         let last: Vec<String> = (0..10).map(|k| format!("1,2,4,{}", 10 * k)).collect();
         assert_eq!(last_time(&last), Some(0.09), "the clock may be in any column");
+        // Under a growing load, a gauge rises nearly evenly. Its noise tells it from a clock, which has jitter only if it counts
+        // from 1970.
+        let ramp = |k: u32| 2.0 + 0.01 * f64::from(k) + 0.001 * f64::from(7 * k % 3);
+        let rows = |first: &dyn Fn(u32) -> String| -> Vec<String> {
+            (0..30).map(|k| format!("{}1,{},4", first(k), ramp(k))).collect()
+        };
+        let first = |lines: &[String]| read_all(lines, source).ok().map(|rows| rows[0].0.clone());
+        assert_eq!(first(&rows(&|_| "0,".to_owned())), None, "a status");
+        assert_eq!(first(&rows(&|k| format!("{k},"))), None, "a counter");
+        let of_gauges = Some(vec![1.0, 2.0, 4.0]);
+        assert_eq!(first(&rows(&|k| format!("{},", 12 * k + k % 2))), of_gauges, "ms");
+        let now = |k: u32| format!("{},", 1.7e9 + 0.01 * f64::from(k) + 0.002 * f64::from(k % 2));
+        assert_eq!(first(&rows(&now)), of_gauges, "seconds since 1970 with jitter");
         let fast = LiveSource { step_secs: Some(0.001), ..source };
         let counted = read_all(&numbers_after(12, |k| format!("{k},")), fast).unwrap();
         assert_eq!(counted[11].1, 0.011, "a counter at the rate of the calibration");

@@ -42,8 +42,11 @@ def loads(cal, samples):
             play, low, high = np.tile(s, (len(radii), 1)), s, s
         play = np.maximum(s - radii[:, None] * sd, np.minimum(s + radii[:, None] * sd, play))
         low, high = np.minimum(low, s), np.maximum(high, s)
-        known = s + np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1) * (play - s)
-        fade, open_range = cal.get("fade", {}), np.maximum(2 * radii[:, None] * sd - (high - low), 0)
+        determined = np.clip((high - low) / np.maximum(radii[:, None] * sd, 1e-300) - 1, 0, 1)
+        played = np.minimum(determined, 0 if begins["play_radii"] else played + 0.03)
+        known = s + played * (play - s)
+        fade = cal.get("fade", {})
+        open_range = np.maximum(2 * radii[:, None] * sd - (high - low), radii[:, None] * sd * (1 - played))
         unknown = np.sum(np.array(fade.get("creep_secs", 0 * taus)) * (1 - weight) ** 2)
         unknown += np.sum(np.array(fade.get("play_radii", 0 * open_range)).ravel() * (open_range**2).ravel())
         last, z = time, (s - shift) * inverse
@@ -65,7 +68,8 @@ def loads(cal, samples):
                     x = np.maximum(x, 0) if at + 1 < len(own["layers"]) else x
                 load = load + own["target_shift"] + own["target_scale"] * x
         present = conventional @ np.append(s, one)
-        yield present + (load - present) / (1 + unknown**2) if fade else load
+        faded = min(1 / (1 + unknown**2), 1 if step == np.inf else faded + 0.03)
+        yield present + faded * (load - present) if fade else load
 
 
 if __name__ == "__main__":

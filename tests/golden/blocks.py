@@ -29,9 +29,12 @@ def low_passed(times, gauges, tau):
 
 def known_play(signal, radius):
     """Returns the play operator. Until the signal has travelled twice the radius, the operator depends on its start. Its difference to the
-    signal is weighted by a share that rises from 0 to 1 as the travel rises from the radius to twice the radius."""
+    signal is weighted by a share that rises from 0 to 1 as the travel rises from the radius to twice the radius, by at most 0.03 from one
+    sample to the next."""
     travel = np.maximum.accumulate(signal) - np.minimum.accumulate(signal)
-    return signal + np.clip(travel / max(radius, 1e-300) - 1.0, 0.0, 1.0) * (play(signal, radius) - signal)
+    most = 0.03 * np.arange(len(signal))
+    share = np.minimum.accumulate(np.clip(travel / max(radius, 1e-300) - 1.0, 0.0, 1.0) - most) + most
+    return signal + share * (play(signal, radius) - signal)
 
 
 def monomials(z, degree):
@@ -131,15 +134,22 @@ def main():
             (
                 dict(look_back=[25.0, 60.0]),
                 dict(lags=[0.043, 0.5]),
-                dict(creep=[0.05, 0.6]),
-                dict(radii=[0.1, 0.5]),
                 dict(degree=2),
                 dict(degree=3, ridge=0.03),
-                dict(radii=[0.1, 0.5], offset=False),
                 dict(look_back=[25.0], lags=[0.2], creep=[0.3], radii=[0.2, 0.4, 1.1], degree=2, ridge=0.01),
             ),
         ),
-        ("moment_only", moment, (dict(look_back=[0.25], radii=[0.3], creep=[1.0], ridge=0.2),)),
+        (
+            "moment_only",
+            moment,
+            # Loads of these fits do not fade in, which this implementation cannot do.
+            (
+                dict(creep=[0.3]),
+                dict(radii=[0.1, 0.5]),
+                dict(radii=[0.1, 0.5], offset=False),
+                dict(look_back=[0.25], radii=[0.3], creep=[1.0], ridge=0.2),
+            ),
+        ),
     ):
         for change in changes:
             offset = change.pop("offset", True)

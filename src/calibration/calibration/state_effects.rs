@@ -28,27 +28,33 @@ impl Calibration {
     /// How a state changes the output of a network or kernel is not known, so all its states get the same effect.
     pub(crate) fn state_effects(&self) -> Vec<Vec<f64>> {
         let (blocks, is_linear) = self.effects_beside(&self.expected_errors());
-        let usual = blocks.iter().map(|(block, values, effects)| {
-            block.usually_missing(values, effects, &self.gauge_scale)
-        });
-        let allowed = if is_linear { SHARE * SHARE } else { 0.0 } + usual.sum::<f64>();
+        let allowed = if is_linear { SHARE * SHARE } else { 0.0 } + self.usually_missing(&blocks);
         let scaled = |effect: f64| (effect / allowed.max(f64::MIN_POSITIVE)).min(NEVER_REACHED);
         blocks.into_iter().map(|(.., effects)| effects.into_iter().map(scaled).collect()).collect()
     }
 
-    /// Returns the factors of a fade with equal strength for equal effects on the load, beside full scale: their sum with all
-    /// states unknown is 1. Empty if no state is ever unknown.
-    pub(crate) fn fade_factors(&self) -> Vec<Vec<f64>> {
+    fn usually_missing(&self, blocks: &[Effects<'_>]) -> f64 {
+        let of_block = |(block, values, effects): &Effects<'_>| {
+            block.usually_missing(values, effects, &self.gauge_scale)
+        };
+        blocks.iter().map(of_block).sum()
+    }
+
+    /// Returns the factors of a fade with equal strength for equal effects on the load, beside full scale: the unknown part
+    /// with all states unknown is 1. Empty if no state is ever unknown. The second result is the unknown part in the middle of
+    /// the training samples.
+    pub(crate) fn fade_factors(&self) -> (Vec<Vec<f64>>, f64) {
         let beside = |scale: &f64| if *scale > 0.0 { *scale } else { f64::INFINITY };
         let beside: Vec<f64> = self.full_scale.iter().map(beside).collect();
         let (blocks, _) = self.effects_beside(&beside);
+        let usual = self.usually_missing(&blocks);
         let mut factors: Vec<Vec<f64>> = blocks.into_iter().map(|(.., effects)| effects).collect();
         let all = FeatureStream::new(&self.design()).missing(&factors);
         if !(all > 0.0 && all.is_finite()) {
-            return Vec::new();
+            return (Vec::new(), 0.0);
         }
         factors.iter_mut().flatten().for_each(|factor| *factor /= all);
-        factors
+        (factors, usual / all)
     }
 
     /// Returns [`Self::fade`] with one entry for each feature block with columns; empty without a fade.
@@ -56,9 +62,8 @@ impl Calibration {
         if self.fade.is_empty() {
             return Vec::new();
         }
-        let (blocks, _) = self.effects_beside(&[]);
-        let of_block = |(block, ..): &Effects<'_>| self.fade.get(block.setting().key).cloned();
-        blocks.iter().map(|block| of_block(block).unwrap_or_default()).collect()
+        let of_block = |key: &'static str| self.fade.get(key).cloned().unwrap_or_default();
+        self.design().keys_with_columns().into_iter().map(of_block).collect()
     }
 
     /// Checks that the fade has a factor for each state of each feature block that it names.
@@ -78,8 +83,7 @@ impl Calibration {
 
     /// Sets [`Self::fade`] to these factors of each feature block with columns.
     pub(crate) fn set_fade(&mut self, factors: Vec<Vec<f64>>) {
-        let (blocks, _) = self.effects_beside(&[]);
-        let keys = blocks.iter().map(|(block, ..)| block.setting().key.to_owned());
+        let keys = self.design().keys_with_columns().into_iter().map(str::to_owned);
         self.fade = keys.zip(factors).filter(|(_, factors)| !factors.is_empty()).collect();
     }
 

@@ -18,7 +18,7 @@ use crate::{
         template::environment,
         text::identifier,
     },
-    features::{Numbers, Precision},
+    features::{MOST_RISE, Numbers, Precision},
     recording::gap::{LEAP_SECS, WRAPS_SECS},
     shown::{joined, printable},
 };
@@ -151,6 +151,7 @@ fn filled(state: &State<'_, '_>, text: &str, sets: usize) -> Result<String, mini
         n_gauges => state.lookup("n_gauges"),
         n_auxiliary => state.lookup("n_auxiliary"),
         fades => state.lookup("fades"),
+        most_rise => MOST_RISE,
         sets,
     };
     state.env().render_str(text.trim_matches('\n'), names)
@@ -190,6 +191,7 @@ fn named_code(export: &Export<'_>, language: Language, prefix: &str) -> String {
         wraps_secs => WRAPS_SECS,
         leap_secs => LEAP_SECS,
         strays => STRAYS,
+        most_rise => MOST_RISE,
         flags => Status::EXPORTED.map(|(name, flag)| (name, flag.bits())),
         products => program.n_products(),
         search_cost,
@@ -356,7 +358,7 @@ pub(in crate::export) fn state_bytes(program: &Program, real: usize) -> usize {
         + 4
         + clock
         + 2 * 4
-        + real * (1 + usize::from(program.fades) + 4 * n_axes + n_gauges)
+        + real * (1 + 2 * usize::from(program.fades) + 4 * n_axes + n_gauges)
         + of_blocks.sum::<usize>();
     if program.keeps_samples() {
         let ring = program.ring_samples();

@@ -3,7 +3,6 @@
 //! Guarantees: a written file gives the same matrix when it is read back. Names of elements and attributes are
 //! case-sensitive. A file with a missing row, an invalid number or an unknown unit is refused, so that nothing is guessed.
 
-use std::collections::BTreeMap;
 use std::io;
 
 use minijinja::{Value, context};
@@ -11,9 +10,7 @@ use serde::Deserialize;
 
 use super::matrix::{self, MATRIX};
 use crate::{
-    calibration::{
-        Calibration, FORMAT, LinearMap, Quality, Regressor, VERSION, history_step_by_rate,
-    },
+    calibration::{Calibration, FORMAT, LinearMap, VERSION, history_step_by_rate},
     export::{
         target::{Export, Outline, Target},
         template::filled_markup,
@@ -214,34 +211,21 @@ fn conventional(matrix: Vec<Vec<f64>>, full_scale: Vec<f64>, identity: Identity)
         format: FORMAT.to_owned(),
         version: VERSION,
         program: "read from a .cal file".to_owned(),
-        simulated: false,
         identity,
         gauges,
         axes: Axis::ALL.to_vec(),
         units: Axis::ALL.map(|axis| axis.unit().to_owned()).to_vec(),
         rated: vec![true; full_scale.len()],
         limits: full_scale.clone(),
-        gauge_limits: Vec::new(),
         full_scale,
-        offset: false,
         decimation: 1,
         gap_secs: gap_by_rate(None),
-        keep_secs: BTreeMap::new(),
-        fade: BTreeMap::new(),
         history_step_secs: history_step_by_rate(None),
         features: FeatureSettings::present(),
         gauge_scale: GaugeScale::identity(n_gauges),
-        regressor: Regressor::Linear,
         conventional: map.clone(),
         compensated: Some(map),
-        learned: None,
-        quality: Quality::default(),
-        trained_on: Vec::new(),
-        rate_hz: None,
-        sources: Vec::new(),
-        tare: None,
-        frame: None,
-        tool: None,
+        ..Calibration::default()
     }
 }
 

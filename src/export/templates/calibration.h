@@ -193,6 +193,7 @@ typedef struct {
     {{ prefix }}_real missing;                              /* error by unknown states of the blocks; 1 is the limit of OK */
 {% if fades %}
     {{ prefix }}_real unknown;                              /* by how much the load still fades; 0 if all states are known */
+    {{ prefix }}_real share;                                /* share of the compensated load; the rest is conventional */
 {% endif %}
     int strays;                                    /* number of successive samples with an implausible time */
     {{ prefix }}_real skipped;                     /* seconds of rejected samples since the last accepted sample; negative if unknown */
@@ -560,6 +561,8 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
     s->missing = 0;
 {% if fades %}
     s->unknown = 0;
+    if (!s->started)
+        s->share = 1;
 {% endif %}
 {% if ring %}
     if (dt > {{ stored_keep_secs|number }})
@@ -649,8 +652,13 @@ static inline {{ prefix }}_status {{ prefix }}_run(const {{ prefix }}_calibratio
         }
 {% endif %}
 {% if fades %}
+        {
+            {{ prefix }}_real share = 1 / (1 + s->unknown * s->unknown);
+            {{ prefix }}_real most = s->share + ({{ prefix }}_real){{ most_rise }};
+            s->share = share > most ? most : share;
+        }
         for (axis = 0; axis < {{ n_axes }}; axis++)
-            s->load[axis] = s->conventional[axis] + (s->load[axis] - s->conventional[axis]) / (1 + s->unknown * s->unknown);
+            s->load[axis] = s->conventional[axis] + s->share * (s->load[axis] - s->conventional[axis]);
 {% endif %}
         (void)dt;
         s->started = 1;

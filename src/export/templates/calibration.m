@@ -107,6 +107,9 @@ row(1:{{ n_gauges }}) = present;
 state.missing = 0;
 {% if fades %}
 state.unknown = 0;
+if ~state.started
+    state.share = 1;
+end
 {% endif %}
 {% if n_columns > n_gauges %}
 next = {{ n_gauges }};
@@ -129,7 +132,8 @@ is_gap = dt > {{ gap_secs|plain }};
 state.started = true;
 load = {{ prefix }}_answer(c, row);
 {% if fades %}
-load = conventional + (load - conventional) / (1 + state.unknown ^ 2);
+state.share = min(1 / (1 + state.unknown ^ 2), state.share + {{ most_rise }});
+load = conventional + state.share * (load - conventional);
 {% endif %}
 if time - state.since < {{ window_secs|plain }} || state.missing > 1
     status = status + 1;

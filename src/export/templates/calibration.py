@@ -214,6 +214,8 @@ class State:
         self.missing = 0.0
 {% if fades %}
         self.unknown = 0.0
+        if not self.started:
+            self.share = 1.0
 {% endif %}
         self.conventional = CONVENTIONAL_BASE + CONVENTIONAL @ present
         # Gauges minus centre, then for each history past gauges minus present gauges, then monomials.
@@ -235,7 +237,8 @@ class State:
 {% endfor %}
         self.load = _answer(np.concatenate(row))
 {% if fades %}
-        self.load = self.conventional + (self.load - self.conventional) / (1 + self.unknown**2)
+        self.share = min(1 / (1 + self.unknown**2), self.share + {{ most_rise }})
+        self.load = self.conventional + self.share * (self.load - self.conventional)
 {% endif %}
 {% if ring %}
 

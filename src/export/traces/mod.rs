@@ -211,8 +211,8 @@ impl<W: io::Write> LoadRows<W> {
             return Self::new(calibration, reference, true, out);
         }
         let columns = Columns::of(calibration, &reference, &QUANTITIES[..3]);
-        let key = |(quantity, axis, _): &Column| format!("{axis}_{}", quantity.label);
-        let keys = ["t".to_owned()].into_iter().chain(columns.columns.iter().map(key)).collect();
+        let keys = columns.0.iter().map(|(label, _, axis, _)| format!("{axis}_{label}"));
+        let keys = ["t".to_owned()].into_iter().chain(keys).collect();
         Ok(Self { columns, out: RowWriter::Json { out, keys }, row: Vec::new() })
     }
 
@@ -238,7 +238,7 @@ impl<W: io::Write> LoadRows<W> {
     ) -> io::Result<()> {
         self.row.clear();
         self.row.push(time);
-        self.row.resize(1 + self.columns.columns.len(), None);
+        self.row.resize(1 + self.columns.0.len(), None);
         self.end_row(status, why)
     }
 
@@ -272,60 +272,38 @@ impl<W: io::Write> LoadRows<W> {
 
 /// Reference, conventional and compensated load of one axis; `None` for a missing load.
 type Loads = [Option<f64>; 3];
+/// Function that computes a quantity.
+type Computation = fn(Loads) -> Option<f64>;
 
-struct Quantity {
-    label: &'static str,
-    needs_reference: bool,
-    of: fn(Loads) -> Option<f64>,
-}
+/// Label of a quantity, whether it needs a reference, and its computation.
+type Quantity = (&'static str, bool, Computation);
 
 const QUANTITIES: [Quantity; 5] = [
-    Quantity { label: "reference", needs_reference: true, of: |[reference, ..]| reference },
-    Quantity {
-        label: "uncompensated",
-        needs_reference: false,
-        of: |[_, conventional, _]| conventional,
-    },
-    Quantity { label: "compensated", needs_reference: false, of: |[.., compensated]| compensated },
-    Quantity {
-        label: "uncompensated error",
-        needs_reference: true,
-        of: |[reference, conventional, _]| Some(conventional? - reference?),
-    },
-    Quantity {
-        label: "compensated error",
-        needs_reference: true,
-        of: |[reference, _, compensated]| Some(compensated? - reference?),
-    },
+    ("reference", true, |[reference, ..]| reference),
+    ("uncompensated", false, |[_, conventional, _]| conventional),
+    ("compensated", false, |[.., compensated]| compensated),
+    ("uncompensated error", true, |[reference, conventional, _]| Some(conventional? - reference?)),
+    ("compensated error", true, |[reference, _, compensated]| Some(compensated? - reference?)),
 ];
 
-/// Quantity of a table column, its axis, and the index of the axis in the calibration.
-type Column = (&'static Quantity, Axis, usize);
-
-struct Columns {
-    columns: Vec<Column>,
-}
+/// Table columns: label, computation, axis, and index of the axis in the calibration.
+struct Columns(Vec<(&'static str, Computation, Axis, usize)>);
 
 impl Columns {
     /// Returns the table columns for these quantities. A quantity that needs a reference has a column only for axes with a
     /// reference in at least one recording.
-    fn of(calibration: &Calibration, reference: &[Axis], quantities: &'static [Quantity]) -> Self {
-        let columns = quantities.iter().flat_map(|quantity| {
-            calibration
-                .axes
-                .iter()
-                .enumerate()
-                .filter(|(_, axis)| !quantity.needs_reference || reference.contains(axis))
-                .map(move |(at, axis)| (quantity, *axis, at))
+    fn of(calibration: &Calibration, reference: &[Axis], quantities: &[Quantity]) -> Self {
+        let columns = quantities.iter().flat_map(|&(label, needs_reference, of)| {
+            let axes = calibration.axes.iter().enumerate();
+            axes.filter(move |(_, axis)| !needs_reference || reference.contains(axis))
+                .map(move |(at, axis)| (label, of, *axis, at))
         });
-        Self { columns: columns.collect() }
+        Self(columns.collect())
     }
 
     fn head(&self) -> Vec<String> {
-        let labels = self
-            .columns
-            .iter()
-            .map(|(quantity, axis, _)| format!("{axis} {} [{}]", quantity.label, axis.unit()));
+        let columns = self.0.iter();
+        let labels = columns.map(|(label, _, axis, _)| format!("{axis} {label} [{}]", axis.unit()));
         std::iter::once("t [s]".to_owned()).chain(labels).collect()
     }
 
@@ -341,10 +319,10 @@ impl Columns {
         row.clear();
         row.push(Some(time));
         let known = |load: f64| load.is_finite().then_some(load);
-        row.extend(self.columns.iter().map(|(quantity, axis, at)| {
+        row.extend(self.0.iter().map(|(_, of, axis, at)| {
             let column = axes.iter().position(|known| known == axis);
             let reference = column.map(|column| reference[column]);
-            (quantity.of)([reference, known(conventional[*at]), known(compensated[*at])])
+            of([reference, known(conventional[*at]), known(compensated[*at])])
         }));
     }
 }

@@ -4,10 +4,11 @@
 //! `p ← max(s − r, min(s + r, p))`. The radii r are in standard deviations of the gauge, so that one list fits gauges in any
 //! unit. The position at the first sample is unknown. Once the gauge has covered a range of 2 r, the position no longer
 //! depends on its start. The column is `s + w (p − s)`, where the weight w grows with the travel of the gauge: from 0 up to a
-//! travel of r to 1 from 2 r on. So the column has no jump.
+//! travel of r to 1 from 2 r on, by at most [`MOST_RISE`] from one sample to the next. So the column has no jump.
 
 use crate::features::{
     block::{Appends, Block, Inputs, Lists, Search, Stream},
+    design::MOST_RISE,
     gauge_scale::GaugeScale,
     setting::{Range, Setting, Unit},
     source::{Constant, Memory, Numbers, Precision, Rows, Source},
@@ -76,6 +77,7 @@ impl Block for Play {
             constants,
             vec![
                 Memory::of_gauges("play", radii.len()),
+                Memory::of_gauges("play_weight", radii.len()).about("from 0 at the start to 1"),
                 Memory::of_gauges("play_low", 1).about("minimum and maximum of the gauges so far"),
                 Memory::of_gauges("play_high", 1),
             ],
@@ -84,7 +86,7 @@ impl Block for Play {
     }
 
     /// Returns one effect for each radius and gauge. A position whose gauge has travelled by t lies evenly anywhere in a range of
-    /// 2 r − t, whose variance is a twelfth of its square.
+    /// 2 r − t, whose variance is a twelfth of its square. While its weight still rises, it counts as less known.
     fn effects(&self, _: &[f64], columns: &[f64], _: &GaugeScale) -> Vec<f64> {
         columns.iter().map(|square| square / 12.0).collect()
     }
@@ -92,6 +94,7 @@ impl Block for Play {
     fn usually_missing(&self, radii: &[f64], effects: &[f64], scale: &GaugeScale) -> f64 {
         let usual = Operators {
             travel: scale.travel.iter().map(|travel| [0.0, *travel]).collect(),
+            weights: vec![1.0; effects.len()],
             ..Operators::new(radii, &scale.deviation)
         };
         if usual.travel.is_empty() { 0.0 } else { usual.missing(effects) }
@@ -118,18 +121,22 @@ const C: &str = "
             for (g = 0; g < {{ n_gauges }}; g++) {
                 {{ prefix }}_real low = row[g] - c->radius[at][g], high = row[g] + c->radius[at][g];
                 {{ prefix }}_real position = started ? s->play[at][g] : row[g];
-                {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g], weight = 1;
+                {{ prefix }}_real travel = s->play_high[0][g] - s->play_low[0][g];
                 {{ prefix }}_real open = 2 * c->radius[at][g] - travel;
+                {{ prefix }}_real weight = open > 0 ? travel / c->radius[at][g] - 1 : 1;
+                {{ prefix }}_real most = started ? s->play_weight[at][g] + ({{ prefix }}_real){{ most_rise }} : 0;
                 position = position > high ? high : position;
                 position = position < low ? low : position;
                 s->play[at][g] = position;
-                if (open > 0) {
-                    s->missing += c->play_effect[at][g] * open * open;
+                weight = weight > most ? most : weight;
+                weight = weight > 0 ? weight : 0;
+                s->play_weight[at][g] = weight;
+                if (open < c->radius[at][g] * (1 - weight))
+                    open = c->radius[at][g] * (1 - weight);
+                s->missing += c->play_effect[at][g] * open * open;
 {% if fades %}
-                    s->unknown += c->play_fade[at][g] * open * open;
+                s->unknown += c->play_fade[at][g] * open * open;
 {% endif %}
-                    weight = travel > c->radius[at][g] ? travel / c->radius[at][g] - 1 : 0;
-                }
                 *next++ = weight * (position - row[g]);
             }
         }
@@ -146,15 +153,19 @@ const RUST: &str = "
             for g in 0..GAUGES {
                 if !started {
                     position[g] = row[g];
+                    self.play_weight[at][g] = -{{ most_rise }};
                 }
                 position[g] = position[g].min(row[g] + radius[g]).max(row[g] - radius[g]);
                 let travel = self.play_high[0][g] - self.play_low[0][g];
-                let open = (2.0 * radius[g] - travel).max(0.0);
+                let open = 2.0 * radius[g] - travel;
+                let weight = if open > 0.0 { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
+                let weight = weight.min(self.play_weight[at][g] + {{ most_rise }});
+                self.play_weight[at][g] = weight;
+                let open = open.max(radius[g] * (1.0 - weight));
                 self.missing += PLAY_EFFECT[at][g] * open * open;
 {% if fades %}
                 self.unknown += PLAY_FADE[at][g] * open * open;
 {% endif %}
-                let weight = if open > 0.0 { (travel / radius[g] - 1.0).max(0.0) } else { 1.0 };
                 row[next + g] = weight * (position[g] - row[g]);
             }
             next += GAUGES;
@@ -165,17 +176,19 @@ const PYTHON: &str = "
         if not started:
             self.play = np.tile(present, (len(RADIUS), 1))
             self.play_low = self.play_high = present
+            self.play_weight = -{{ most_rise }}
         self.play_low = np.minimum(self.play_low, present)
         self.play_high = np.maximum(self.play_high, present)
         self.play = np.maximum(np.minimum(self.play, present + RADIUS), present - RADIUS)
         travel = self.play_high - self.play_low
-        open_range = np.maximum(2 * RADIUS - travel, 0)
+        determined = np.clip(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0, 1)
+        self.play_weight = np.minimum(determined, self.play_weight + {{ most_rise }})
+        open_range = np.maximum(2 * RADIUS - travel, RADIUS * (1 - self.play_weight))
         self.missing += np.sum(PLAY_EFFECT * open_range**2)
 {% if fades %}
         self.unknown += np.sum(PLAY_FADE * open_range**2)
 {% endif %}
-        fading = np.maximum(travel / np.maximum(RADIUS, np.finfo(float).tiny) - 1, 0)
-        row.extend(np.where(open_range > 0, fading, 1.0) * (self.play - present))
+        row.extend(self.play_weight * (self.play - present))
 ";
 
 const MATLAB: &str = "
@@ -188,18 +201,19 @@ state.play_high(:, 1) = max(state.play_high(:, 1), present);
 for at = 1:{{ sets }}
     if ~started
         state.play(:, at) = present;
+        state.play_weight(:, at) = -{{ most_rise }};
     end
     radius = c.radius(at, :)';
     state.play(:, at) = max(min(state.play(:, at), present + radius), present - radius);
     travel = state.play_high(:, 1) - state.play_low(:, 1);
-    open_range = max(2 * radius - travel, 0);
+    determined = min(max(travel ./ max(radius, realmin) - 1, 0), 1);
+    state.play_weight(:, at) = min(determined, state.play_weight(:, at) + {{ most_rise }});
+    open_range = max(2 * radius - travel, radius .* (1 - state.play_weight(:, at)));
     state.missing = state.missing + sum(c.play_effect(at, :)' .* open_range .^ 2);
 {% if fades %}
     state.unknown = state.unknown + sum(c.play_fade(at, :)' .* open_range .^ 2);
 {% endif %}
-    weight = max(travel ./ max(radius, realmin) - 1, 0);
-    weight(open_range <= 0) = 1;
-    row(next + (1:{{ n_gauges }})) = weight .* (state.play(:, at) - present);
+    row(next + (1:{{ n_gauges }})) = state.play_weight(:, at) .* (state.play(:, at) - present);
     next = next + {{ n_gauges }};
 end
 ";
@@ -211,6 +225,8 @@ struct Operators {
     radii: Vec<f64>,
     /// Position of each play operator, in the order of the radii. Empty before the first sample.
     positions: Vec<f64>,
+    /// Weight with which each position counts, see [`weight`].
+    weights: Vec<f64>,
     /// Minimum and maximum of each gauge since the first sample.
     travel: Vec<[f64; 2]>,
 }
@@ -224,13 +240,14 @@ impl Operators {
                 .flat_map(|&radius| deviations.iter().map(move |deviation| radius * deviation))
                 .collect(),
             positions: Vec::new(),
+            weights: vec![-MOST_RISE; radii.len() * deviations.len()],
             travel: Vec::new(),
         }
     }
 }
 
-/// Returns the weight with which the position of a play operator counts after its gauge has covered this range: from 0 up to the
-/// radius to 1 from twice the radius on.
+/// Returns the weight with which the position of a play operator may count after its gauge has covered this range: from 0 up to
+/// the radius to 1 from twice the radius on.
 fn weight([low, high]: [f64; 2], radius: f64) -> f64 {
     let travel = high - low;
     if travel < 2.0 * radius { (travel / radius - 1.0).max(0.0) } else { 1.0 }
@@ -246,10 +263,12 @@ impl Stream for Operators {
             (*low, *high) = (low.min(*gauge), high.max(*gauge));
         }
         let n = gauges.len();
-        for (at, (position, radius)) in self.positions.iter_mut().zip(&self.radii).enumerate() {
+        let operators = self.positions.iter_mut().zip(&mut self.weights).zip(&self.radii);
+        for (at, ((position, known), radius)) in operators.enumerate() {
             let gauge = gauges[at % n];
             *position = position.min(gauge + radius).max(gauge - radius);
-            out[at] = gauge + weight(self.travel[at % n], *radius) * (*position - gauge);
+            *known = weight(self.travel[at % n], *radius).min(*known + MOST_RISE);
+            out[at] = gauge + *known * (*position - gauge);
         }
     }
 
@@ -257,7 +276,7 @@ impl Stream for Operators {
         let n = self.travel.len();
         let each = self.radii.iter().zip(effects).enumerate().map(|(at, (radius, effect))| {
             let [low, high] = if n > 0 { self.travel[at % n] } else { [0.0; 2] };
-            let open = (2.0 * radius - (high - low)).max(0.0);
+            let open = (2.0 * radius - (high - low)).max(radius * (1.0 - self.weights[at]));
             effect * open * open
         });
         each.sum()
@@ -268,16 +287,36 @@ impl Stream for Operators {
 mod tests {
     use super::*;
 
+    /// Number of samples within which a weight rises from 0 to 1.
+    const RISES: usize = 35;
+
+    /// Processes this gauge for as many samples as a weight needs to rise.
+    fn rest(play: &mut Operators, gauge: f64) -> f64 {
+        let mut out = [0.0];
+        (0..RISES).for_each(|_| play.step(0.0, &[gauge], &[], &mut out));
+        out[0]
+    }
+
     fn positions(radius: f64, gauges: &[f64]) -> Vec<f64> {
         let mut play = Operators::new(&[radius], &[2.0]);
+        gauges.iter().map(|gauge| rest(&mut play, *gauge)).collect()
+    }
+
+    /// The gauge jumps from 0 to 9 at the second sample, so its whole range is known at once.
+    #[test]
+    fn a_column_moves_slowly_to_a_position_that_is_known_at_once() {
+        let mut play = Operators::new(&[0.5], &[2.0]);
         let mut out = [0.0];
-        gauges
-            .iter()
-            .map(|gauge| {
-                play.step(0.0, &[*gauge], &[], &mut out);
-                out[0]
-            })
-            .collect()
+        play.step(0.0, &[0.0], &[], &mut out);
+        let mut last = 9.0;
+        for k in 1..RISES {
+            play.step(0.0, &[9.0], &[], &mut out);
+            assert!((out[0] - (9.0 - (MOST_RISE * k as f64).min(1.0))).abs() < 1e-12, "{k}");
+            assert_eq!(play.missing(&[1.0]) > 0.0, out[0] > 8.0);
+            assert!(last - out[0] <= MOST_RISE + 1e-12);
+            last = out[0];
+        }
+        assert_eq!(out[0], 8.0);
     }
 
     /// Radius 0.5 σ with σ = 2 is 1. The column equals the gauge until it has moved by 1, then half of the way to its position
@@ -320,14 +359,13 @@ mod tests {
         let scale = GaugeScale { deviation: vec![2.0], travel: vec![1.5], ..GaugeScale::default() };
         let effects = Play.effects(&[0.5], &[9.0], &scale);
         let mut play = Operators::new(&[0.5], &scale.deviation);
-        let mut out = [0.0];
-        play.step(0.0, &[0.0], &[], &mut out);
+        rest(&mut play, 0.0);
         assert!((play.missing(&effects) - 9.0 * 4.0 / 12.0).abs() < 1e-15);
-        play.step(0.0, &[1.5], &[], &mut out);
+        rest(&mut play, 1.5);
         let expected = 9.0 * 0.25 / 12.0;
         assert!((play.missing(&effects) - expected).abs() < 1e-15);
         assert!((Play.usually_missing(&[0.5], &effects, &scale) - expected).abs() < 1e-15);
-        play.step(0.0, &[-0.5], &[], &mut out);
+        rest(&mut play, -0.5);
         assert_eq!(play.missing(&effects), 0.0);
     }
 

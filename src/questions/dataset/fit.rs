@@ -229,7 +229,15 @@ impl Dataset {
         }
         let matrix = self.map.corrected(&design, &found.coefficients);
         calibration.compensated = Some(LinearMap::new(design.columns(), matrix));
-        self.measure_fade(calibration, progress)?;
+        let is_determined = left_out_all.is_determined(&strengths);
+        let is_small = design.n_columns() <= MOST_FEATURES;
+        let maps: Vec<LinearMap> = if is_determined && (is_small || design.features.has_memory()) {
+            let each = left_out_all.coefficients(&shares).into_iter();
+            each.map(|coefficients| self.map_of(&design, &coefficients)).collect()
+        } else {
+            Vec::new()
+        };
+        self.measure_fade(calibration, &maps, progress)?;
         let fade = calibration.fade_of_states();
         let fading =
             (!fade.is_empty()).then(|| self.fading_sums(&design, past, n_axes, &fade, progress));
@@ -246,19 +254,13 @@ impl Dataset {
             test_rmse: metrics::rmse(&scored.test, coefficients),
             cv_rmse,
         };
-        let left_out_squares = left_out_all.is_determined(&strengths).then(|| PartSquares {
+        let left_out_squares = is_determined.then(|| PartSquares {
             part_samples: parts.iter().map(NormalEquations::n_samples).collect(),
             squares: squares.unwrap_or_else(|| left_out_all.squares_by_target(&shares)),
         });
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
-        let each = if left_out_squares.is_some() && design.n_columns() <= MOST_FEATURES {
-            left_out_all.coefficients(&shares)
-        } else {
-            Vec::new()
-        };
-        let maps: Vec<LinearMap> =
-            each.iter().map(|coefficients| self.map_of(&design, coefficients)).collect();
-        let coefficients = CoefficientErrors::of(self.cross_validation(), &maps);
+        let coefficients = if is_small { &maps[..] } else { &[] };
+        let coefficients = CoefficientErrors::of(self.cross_validation(), coefficients);
         let left_out_present = left_out(&present);
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
@@ -285,14 +287,19 @@ impl Dataset {
         Ok(LinearFit { errors, shares, left_out: left_out_squares })
     }
 
-    /// Measures the fade of a calibration after cold starts in the training recordings, and sets it.
+    /// Measures the fade of a calibration after cold starts in the training recordings, and sets it. `left_out` is as in
+    /// [`measured_fade`].
     pub fn measure_fade(
         &self,
         calibration: &mut Calibration,
+        left_out: &[LinearMap],
         progress: &Progress,
     ) -> Result<(), Cancelled> {
         calibration.fade.clear();
-        let fade = measured_fade(calibration, self.training().into_iter(), progress)?;
+        let training = self.entries.iter().zip(&self.folds.pieces);
+        let training = training.filter(|(entry, _)| entry.role == Role::Train);
+        let training = training.map(|(entry, pieces)| (&*entry.recording, &pieces[..]));
+        let fade = measured_fade(calibration, training, left_out, progress)?;
         calibration.set_fade(fade);
         Ok(())
     }

@@ -12,7 +12,7 @@ pub(crate) mod applied;
 pub(crate) mod fit;
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, TryLockError};
 use std::time::Duration;
 
@@ -37,8 +37,8 @@ use crate::{
         error::AnalysisError,
     },
     recording::{
-        Axis, Entry, Groups, Identity, Missing, Recording, RecordingSet, Role, ValidRange,
-        full_scale_of, gap::gap_by_rate, in_role, load_ranges, median,
+        Axis, Entry, Groups, Missing, Recording, RecordingSet, Role, ValidRange, full_scale_of,
+        gap::gap_by_rate, in_role, load_ranges, median,
     },
     same::same_where,
     scoring::{
@@ -503,7 +503,6 @@ impl Dataset {
             version: VERSION,
             program: concat!("LoopScope ", env!("CARGO_PKG_VERSION")).to_owned(),
             simulated: self.key.recordings.is_simulated(),
-            identity: Identity::default(),
             gauges: layout.gauge_names.clone(),
             axes: layout.axes.clone(),
             units: layout.axes.iter().map(|axis| axis.unit().to_owned()).collect(),
@@ -512,24 +511,18 @@ impl Dataset {
             offset: settings.offset,
             decimation: settings.decimation,
             gap_secs: self.gap_secs.unwrap_or_else(|| gap_by_rate(rate_hz)),
-            keep_secs: BTreeMap::new(),
-            fade: BTreeMap::new(),
             history_step_secs,
             limits: limits.collect(),
             gauge_limits: gauge_limits(&training),
             features,
             gauge_scale: conventional.scale.clone(),
-            regressor: crate::calibration::Regressor::Linear,
             conventional: self.map.clone(),
-            compensated: None,
-            learned: None,
-            quality: Quality::default(),
             trained_on: training.iter().map(|recording| recording.name().to_owned()).collect(),
             rate_hz: self.key.recordings.rate_hz(Role::Train),
-            sources: Vec::new(),
             tare: self.key.recordings.tare(),
             frame: self.key.recordings.frame().flatten(),
             tool: self.key.recordings.tool(),
+            ..Calibration::default()
         })
     }
 

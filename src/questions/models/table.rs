@@ -106,15 +106,12 @@ fn cost(calibration: &Calibration, recordings: &RecordingSet) -> Cost {
 fn micros_a_sample(calibration: &Calibration, recordings: &RecordingSet) -> Option<f64> {
     let entry = recordings.entries().iter().find(|entry| entry.role == Role::Train)?;
     let recording = calibration.prepared(&entry.recording).ok()?;
-    let needs_auxiliary = !calibration.features.auxiliary.is_empty();
     let design = calibration.design();
     let mut estimator = Estimator::new(calibration, &design).ok()?;
     let steps = recording.n_samples().min(TIMED_STEPS);
     let start = Instant::now();
     for k in 0..steps {
-        let auxiliary = if needs_auxiliary { recording.auxiliary().at(k) } else { &[] };
-        let (time, gauges) = (recording.times()[k], recording.gauges_at(k));
-        estimator.update_with(time, gauges, auxiliary).ok()?;
+        estimator.update_at(&recording, k).ok()?;
     }
     Some(start.elapsed().as_secs_f64() * 1e6 / steps.max(1) as f64)
 }

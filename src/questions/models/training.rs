@@ -293,7 +293,7 @@ pub fn fit_all(
                 Learned::Network(network)
             }
         });
-        data.measure_fade(&mut calibration, progress)?;
+        data.measure_fade(&mut calibration, &[], progress)?;
     }
     Ok(Fitted { past, calibration, linear: left_out, held_out })
 }

@@ -30,19 +30,25 @@ use crate::{
 /// Largest error that a self-test allows, as a share of full scale: in double precision, and in single precision.
 const ALLOWED: (f64, f64) = (1e-9, 2e-6);
 
-/// Returns the largest error that a self-test in single precision allows. Large weights of a kernel cancel, which loses
-/// digits.
+/// Returns the largest error that a self-test in single precision allows. Large weights of a kernel cancel, and so do large
+/// coefficients of similar columns, which loses digits.
 fn allowed_in_float(calibration: &Calibration) -> f64 {
-    let Some(Learned::Kernel(kernel)) = &calibration.learned else {
-        return ALLOWED.1;
+    let deviations = &calibration.gauge_scale.deviation;
+    let n_columns = deviations.len() * (1 + calibration.features.n_histories());
+    let of_gauges = |row: &Vec<f64>| -> f64 {
+        let terms = row.iter().zip(deviations.iter().cycle()).take(n_columns);
+        terms.map(|(coefficient, deviation)| 2.0 * coefficient.abs() * deviation).sum()
     };
+    let linear = calibration.compensated.iter().flat_map(|map| map.matrix.iter().map(of_gauges));
+    let kernel = match &calibration.learned {
+        Some(Learned::Kernel(kernel)) => &kernel.weights[..],
+        _ => &[],
+    };
+    let kernel = kernel.iter().map(|weights| weights.iter().map(|weight| weight.abs()).sum());
     let scale = test_vector::full_scale(calibration);
-    let weights = kernel.weights.iter().zip(scale);
-    let lost = weights.map(|(weights, scale)| {
-        let sum: f64 = weights.iter().map(|weight| weight.abs()).sum();
-        2.0 * f64::from(f32::EPSILON) * sum / scale
-    });
-    lost.fold(ALLOWED.1, f64::max)
+    let lost = linear.chain(kernel).zip(scale.iter().cycle());
+    lost.map(|(sum, scale): (f64, _)| 2.0 * f64::from(f32::EPSILON) * sum / scale)
+        .fold(ALLOWED.1, f64::max)
 }
 
 macro_rules! template {
