@@ -375,7 +375,7 @@ fn main() {
             recordings: Arc::new(recordings(sensor, seed * 1000 + at as u64)),
             settings: FitSettings::default(),
             candidates: loopscope::questions::Candidates::All,
-            time_limit: Duration::from_secs(600),
+            limit: Duration::from_secs(600),
             within: WITHIN,
         };
         let best = find_best(&search, &Progress::default(), &|_| {}).expect("all can be fitted");
