@@ -142,15 +142,17 @@ impl Work for BestJob {
             }
             Ok(())
         })?;
-        if is_interrupted {
-            Err(JobError::Interrupted)
-        } else if is_held_back {
-            Err(JobError::NotMet(format!(
-                "no file is written: {} not tried and may be better; set a longer --minutes, or add --force to export the proposal",
-                counted(best.n_left, "model")
-            )))
-        } else {
-            Ok(())
+        let held_back = is_held_back.then(|| {
+            let n = counted(best.n_left, "model");
+            format!("no file is written: {n} not tried and may be better; set a longer --minutes, or add --force to export the proposal")
+        });
+        match (is_interrupted, held_back) {
+            (true, held_back) => {
+                held_back.iter().for_each(|why| run.say.note(format_args!("{why}")));
+                Err(JobError::Interrupted)
+            }
+            (false, Some(why)) => Err(JobError::NotMet(why)),
+            (false, None) => Ok(()),
         }
     }
 }
