@@ -106,15 +106,15 @@ impl Models {
             self.rows.retain(|row| !matches!(row.origin, Origin::Search(..)));
             self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
         }
-        for tried in &found.tried {
-            let origin = Origin::Search(run, tried.at);
+        for (at, tried) in found.tried.iter().enumerate() {
+            let origin = Origin::Search(run, at);
             let known = self.rows.iter_mut().find(|row| row.origin == origin);
             let row = match known {
                 Some(row) => row,
                 // This model was in the list before, so the user has removed its row.
-                None if self.taken.1.contains(&tried.at) => continue,
+                None if self.taken.1.contains(&at) => continue,
                 None => {
-                    self.taken.1.push(tried.at);
+                    self.taken.1.push(at);
                     self.push(
                         tried.name.clone(),
                         origin,

@@ -25,7 +25,7 @@ use crate::{
             table::{Mark, Model, ModelRow, model_table, weights},
         },
     },
-    recording::{Entry, RecordingSet, Role, Tare},
+    recording::{Recording, RecordingSet, Role, Tare},
     report::Table,
     scoring::{
         left_out::summed_by_target, metrics::root_mean, numbers::significant, score_set::ScoreSet,
@@ -78,9 +78,6 @@ type FoldErrors = [Vec<Vec<f64>>];
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Position in the list of candidates.
-    #[serde(skip)]
-    pub at: usize,
     pub name: String,
     /// Description of the features; empty for the gauges alone.
     pub blocks: String,
@@ -102,22 +99,6 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// Returns a fitted candidate that is not compared with other models yet.
-    pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
-        Self {
-            at: 0,
-            name: name.to_owned(),
-            blocks,
-            regressor: model.settings.regressor,
-            relative: model.relative(ScoreSet::LeftOut).unwrap_or(1.0),
-            model,
-            is_proposed: false,
-            is_smallest: false,
-            refused: None,
-            squares,
-        }
-    }
-
     pub fn mark(&self) -> Mark {
         match (self.is_proposed, self.is_smallest) {
             (true, _) => Mark::Proposed,
@@ -271,7 +252,6 @@ impl Best {
         let (squares, reference) = (of(&tried), of(&conventional));
         // If the conventional calibration has no error, no model is better.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
-        tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&squares, &reference).standard_error);
         self.tried.push(tried);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
@@ -460,34 +440,29 @@ pub fn find_best(
 /// Returns the cross-validated error of the conventional calibration after a tare of each training recording, divided by its
 /// error without. Returns `None` unless the tare lowers the error by more than a tenth.
 fn error_with_tare(
-    recordings: &RecordingSet,
+    recordings: &Arc<RecordingSet>,
     settings: &FitSettings,
     progress: &Progress,
 ) -> Result<Option<f64>, AnalysisError> {
-    let (mut set, mut tared) = (RecordingSet::default(), RecordingSet::default());
-    for entry in recordings.entries().iter().filter(|entry| entry.role == Role::Train) {
-        if entry.recording.tare().is_some() {
-            return Ok(None);
-        }
-        // A recording that is never at rest without load cannot be tared.
-        let Ok((recording, _)) = (*entry.recording).clone().tared(Tare::Auto) else {
-            return Ok(None);
-        };
-        let recording = Arc::new(recording);
-        for (set, entry) in
-            [(&mut set, entry.clone()), (&mut tared, Entry { recording, ..entry.clone() })]
-        {
-            set.push(entry).expect("recordings of one set have equal gauges and axes");
+    let mut tared = RecordingSet::clone(recordings);
+    let training = recordings.entries().iter().enumerate();
+    for (at, entry) in training.filter(|(_, entry)| entry.role == Role::Train) {
+        let recording = Recording::clone(&entry.recording);
+        match (recording.tare(), recording.tared(Tare::Auto)) {
+            (None, Ok((recording, _))) => tared.replace(at, recording),
+            // The recording is tared already, or never at rest without load.
+            _ => return Ok(None),
         }
     }
-    let rmse = |set: RecordingSet| {
-        let side = Side::new(Arc::new(set), settings);
+    let rmse = |set: &Arc<RecordingSet>| {
+        let side = Side::new(Arc::clone(set), settings);
         let quality = side.fit(settings.clone(), usize::MAX, progress)?.quality;
         Ok::<_, AnalysisError>(quality.conventional.cv_rmse.unwrap_or_default())
     };
-    let weights = weights(&rmse(set)?);
-    let squares = rmse(tared)?.into_iter().zip(&weights).map(|(rmse, weight)| weight * rmse * rmse);
-    let share = squares.sum::<f64>().sqrt();
+    let weights = weights(&rmse(recordings)?);
+    let tared = rmse(&Arc::new(tared))?;
+    let share = weights.iter().zip(tared).map(|(weight, rmse)| weight * rmse * rmse);
+    let share = share.sum::<f64>().sqrt();
     Ok((0.0 < share && share < TARE_HELPS).then_some(share))
 }
 
@@ -534,7 +509,7 @@ impl<'a> Running<'a> {
             decimation: thinned,
             within: search.within,
             tare: search.recordings.tare(),
-            with_tare: error_with_tare(&folds.whole, &common, progress)?,
+            with_tare: error_with_tare(&search.recordings, &common, progress)?,
             ..Best::default()
         };
         Ok(Self {
@@ -710,7 +685,18 @@ impl<'a> Running<'a> {
             cv_spread: spreads(&errors, n_axes),
             ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
         };
-        Ok(Tried::new(&recipe.name, blocks, model, squares))
+        Ok(Tried {
+            name: recipe.name.clone(),
+            blocks,
+            regressor: recipe.regressor,
+            // Comparison with the other models follows.
+            relative: 1.0,
+            is_proposed: false,
+            is_smallest: false,
+            refused: None,
+            model,
+            squares,
+        })
     }
 }
 
@@ -748,7 +734,7 @@ mod tests {
     use super::*;
     use crate::features::Auxiliary;
     use crate::random::Random;
-    use crate::recording::Axis;
+    use crate::recording::{Axis, Entry};
 
     /// The zero of the sensor follows a temperature slowly.
     #[test]
@@ -801,6 +787,50 @@ mod tests {
         assert!(auxiliary.relative < 0.2, "{}", auxiliary.relative);
         assert_eq!(auxiliary.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
         assert!(best.proposed().unwrap().relative < 0.2);
+    }
+
+    /// Four recordings of one gauge that start without load. In some sets, the zero differs between recordings.
+    #[test]
+    fn a_tare_is_mentioned_if_the_zeros_differ_and_the_recordings_are_not_tared() {
+        let found = |shift: f64, is_tared: bool| {
+            let mut set = RecordingSet::default();
+            for at in 0..4 {
+                let time = |k: usize| 0.02 * k as f64;
+                let load = |k: usize| 20.0 * ((1.0 + 0.1 * f64::from(at)) * (time(k) - 2.0)).sin();
+                let loads: Vec<f64> =
+                    (0..600).map(|k| if k < 100 { 0.0 } else { load(k) }).collect();
+                let zero = 5.0 + shift * f64::from((at * 7) % 4);
+                let noise = |k: usize| 0.02 * (1e3 * k as f64).sin();
+                let gauges = loads.iter().enumerate();
+                let gauges = gauges.map(|(k, load)| zero + load + 1e-3 * load * load + noise(k));
+                let recording = Recording::new(
+                    format!("r{at}"),
+                    crate::recording::Source::Simulated,
+                    (0..600).map(time).collect(),
+                    vec!["S1".to_owned()],
+                    gauges.collect(),
+                    vec![Axis::Fz],
+                    loads,
+                );
+                let recording = recording.unwrap();
+                let recording =
+                    if is_tared { recording.tared(Tare::Auto).unwrap().0 } else { recording };
+                set.push(Entry::new(recording, Role::Train)).unwrap();
+            }
+            let search = Search {
+                recordings: Arc::new(set),
+                settings: FitSettings::default(),
+                candidates: Candidates::All,
+                limit: Duration::ZERO,
+                within: WITHIN,
+            };
+            let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
+            (best.tare, best.with_tare)
+        };
+        assert_eq!(found(0.0, false), (None, None));
+        let (tare, with_tare) = found(2.0, false);
+        assert!(tare.is_none() && with_tare.is_some_and(|share| share < 0.3), "{with_tare:?}");
+        assert_eq!(found(2.0, true), (Some(Tare::Auto), None));
     }
 
     /// Runs with two threads, and with one thread beside other work.
