@@ -110,7 +110,7 @@ impl Tried {
 
 /// Network or kernel that was dropped after the short training.
 #[derive(Clone, Debug, Serialize)]
-pub struct Dropped {
+pub struct RuledOut {
     name: String,
     /// Error after the short training, divided by that of the conventional calibration.
     relative: f64,
@@ -123,7 +123,7 @@ pub struct Best {
     /// Names of candidates that could not be tried, with the reasons.
     pub failed: Vec<(String, String)>,
     /// Networks and kernels that were dropped after the short training.
-    pub dropped: Vec<Dropped>,
+    pub ruled_out: Vec<RuledOut>,
     /// Number of candidates that were not tried yet and may be better than the proposal. It is zero only after a complete
     /// search.
     pub n_left: usize,
@@ -221,7 +221,7 @@ impl Best {
             ));
         }
         remarks.extend(self.failures());
-        let mut dropped: Vec<&Dropped> = self.dropped.iter().collect();
+        let mut dropped: Vec<&RuledOut> = self.ruled_out.iter().collect();
         dropped.sort_by(|a, b| a.relative.total_cmp(&b.relative));
         if let [first, .., last] = dropped[..] {
             remarks.push(format!(
@@ -637,7 +637,7 @@ impl<'a> Running<'a> {
                 worth.push(recipe);
                 continue;
             };
-            self.best.dropped.push(Dropped { name: recipe.name.clone(), relative, why });
+            self.best.ruled_out.push(RuledOut { name: recipe.name.clone(), relative, why });
         }
         self.best.n_left += worth.len();
         Ok(worth)
