@@ -14,7 +14,7 @@ use crate::{
     scoring::score_set::ScoreSet,
 };
 
-/// Default time limit of a search (min), after which no further model is started.
+/// Default limit of the processor time of a search (min), after which no further model is started.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

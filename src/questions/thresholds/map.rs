@@ -542,7 +542,7 @@ impl Suggestion {
         let doubt = if self.beats_conventional {
             ""
         } else {
-            "; this is not below the uncompensated error with 90 % confidence"
+            "; this is not below the uncompensated error with 90 % confidence, or more than a tenth above it in a left-out part"
         };
         format!(
             "cross-validation minimum of {label} at F_th {f_th} and t_th {t_th} s: error {error} {unit} (uncompensated: {conventional} \
