@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
@@ -23,8 +23,8 @@ use crate::{
     features::Range,
     progress::Progress,
     questions::{
-        AnalysisError, Best, Candidates, Request, Search, WITHIN,
-        errors::cold_start::worse_at_start, find_best, handed_over, train,
+        Best, Candidates, Request, Search, WITHIN, errors::cold_start::worse_at_start, find_best,
+        handed_over, train,
     },
     scoring::score_set::ScoreSet,
     shown::counted,
@@ -93,20 +93,11 @@ impl Work for BestJob {
         let outline = Outline::of_fit(&search.settings, recordings.layout());
         check_formats(&self.export, &outline)?;
         run.say.line("preparing the recordings");
-        let so_far: Mutex<Option<Best>> = Mutex::new(None);
         interrupt_stops(&run.progress);
-        let found = find_best(&search, &run.progress, &|best| {
-            if let Ok(mut so_far) = so_far.lock() {
-                *so_far = Some(best.clone());
-            }
+        let best = find_best(&search, &run.progress, &|best| {
             let newest = best.tried.last().map_or("", |tried| tried.name.as_str());
             run.say.line(&format!("{} models tried, last: {newest}", best.tried.len()));
-        });
-        let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
-        let best = match (found, so_far.into_inner().ok().flatten()) {
-            (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
-            (found, _) => found?,
-        };
+        })?;
         for remark in best.remarks() {
             run.say.note(format_args!("{remark}"));
         }
@@ -146,7 +137,7 @@ impl Work for BestJob {
             let n = counted(best.n_left, "model");
             format!("no file is written: {n} not tried and may be better; set a longer --minutes, or add --force to export the proposal")
         });
-        match (is_interrupted, held_back) {
+        match (run.progress.is_cancelled(), held_back) {
             (true, held_back) => {
                 held_back.iter().for_each(|why| run.say.note(format_args!("{why}")));
                 Err(JobError::Interrupted)

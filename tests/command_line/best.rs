@@ -75,7 +75,6 @@ fn a_search_out_of_time_gives_the_models_tried_so_far() {
     let output = succeed(workshop.path(), &[&["best", "--minutes", "0"], &ALL_FILES[..]].concat());
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(text.contains("Proposed: Conventional"), "{text}");
-    assert!(stderr(&output).contains("not tried within"), "{}", stderr(&output));
     let exporting = ["best", "--minutes", "0", "--export", "c.json", "--json"];
     let exporting = [&exporting, &ALL_FILES[..]].concat();
     let output = run(workshop.path(), &exporting);

@@ -217,7 +217,7 @@ impl Best {
         if self.n_left > 0 {
             let n = counted(self.n_left, "model");
             remarks.push(format!(
-                "{n} not tried within the limit of processor time, any of which may be better than the proposal; set a longer limit to try more"
+                "{n} not tried before the search ended; any of them may be better than the proposal"
             ));
         }
         remarks.extend(self.failures());
@@ -388,52 +388,22 @@ fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     lag
 }
 
-/// Fits and scores the candidates of the search. `show` receives all results after each candidate.
+/// Fits and scores the candidates of the search. `show` receives all results after each candidate. A cancelled search returns
+/// the results so far.
 ///
 /// # Errors
-/// [`AnalysisError`] without training recordings, or after a cancellation.
+/// [`AnalysisError`] without training recordings, or if the conventional calibration cannot be fitted.
 pub fn find_best(
     search: &Search,
     progress: &Progress,
     show: &(dyn Fn(&Best) + Sync),
 ) -> Result<Best, AnalysisError> {
     search.settings.validate()?;
-    let mut running = Running::new(search, progress)?;
-    let (linear, learned) = match search.candidates {
-        Candidates::All => {
-            (recipes::linear(!running.whole.auxiliary.is_empty()), recipes::learned())
-        }
-        // The paper's models are few, so each of them gets the full training.
-        Candidates::Paper => (recipes::paper(running.whole.is_static()), Vec::new()),
-    };
-    let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most + 1).sum();
-    progress.add_total((linear.len() + learned.len() + most_trained) as u64);
-    running.best.n_left = linear.len() + learned.len();
-    for recipe in &linear {
-        running.try_fully(recipe, show)?;
+    let mut running = Running::new(search, progress, show)?;
+    match running.try_all() {
+        Err(AnalysisError::Cancelled(_)) if !running.best.tried.is_empty() => {}
+        ended => ended?,
     }
-    let mut trained = Vec::new();
-    if !learned.is_empty() && !running.whole.is_static() {
-        let recipe = recipes::always_trained();
-        running.best.n_left += 1;
-        running.try_fully(&recipe, show)?;
-        trained.push(recipe);
-    }
-    // Kernels come last, because they take longest.
-    for learner in [Learner::Network, Learner::Kernel] {
-        let alike = learned.iter().filter(|recipe| recipe.regressor.learner() == Some(learner));
-        for recipe in running.worth_training(alike)? {
-            running.try_fully(recipe, show)?;
-            trained.push(recipe.clone());
-        }
-    }
-    for (regressors, ..) in CAN_WIN {
-        if let Some(longer) = running.best_of(regressors, &trained).map(Recipe::longer) {
-            running.best.n_left += 1;
-            running.try_fully(&longer, show)?;
-        }
-    }
-    show(&running.best);
     Ok(running.best)
 }
 
@@ -469,6 +439,7 @@ fn error_with_tare(
 struct Running<'a> {
     search: &'a Search,
     progress: &'a Progress,
+    show: &'a (dyn Fn(&Best) + Sync),
     /// Processor time of the program at the start of the search.
     start: Duration,
     folds: NestedFolds,
@@ -481,7 +452,11 @@ struct Running<'a> {
 }
 
 impl<'a> Running<'a> {
-    fn new(search: &'a Search, progress: &'a Progress) -> Result<Self, AnalysisError> {
+    fn new(
+        search: &'a Search,
+        progress: &'a Progress,
+        show: &'a (dyn Fn(&Best) + Sync),
+    ) -> Result<Self, AnalysisError> {
         let start = processor_time();
         let folds = NestedFolds::of(&search.recordings)?;
         let n_train = search.recordings.n_samples(Role::Train);
@@ -515,6 +490,7 @@ impl<'a> Running<'a> {
         Ok(Self {
             search,
             progress,
+            show,
             start,
             sides: folds.folds.iter().map(|fold| side(&fold.set)).collect(),
             folds,
@@ -522,6 +498,44 @@ impl<'a> Running<'a> {
             n_axes: search.recordings.layout().axes.len(),
             best,
         })
+    }
+
+    fn try_all(&mut self) -> Result<(), AnalysisError> {
+        let (linear, learned) = match self.search.candidates {
+            Candidates::All => {
+                (recipes::linear(!self.whole.auxiliary.is_empty()), recipes::learned())
+            }
+            // The paper's models are few, so each of them gets the full training.
+            Candidates::Paper => (recipes::paper(self.whole.is_static()), Vec::new()),
+        };
+        let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most + 1).sum();
+        self.progress.add_total((linear.len() + learned.len() + most_trained) as u64);
+        self.best.n_left = linear.len() + learned.len();
+        for recipe in &linear {
+            self.try_fully(recipe)?;
+        }
+        let mut trained = Vec::new();
+        if !learned.is_empty() && !self.whole.is_static() {
+            let recipe = recipes::always_trained();
+            self.best.n_left += 1;
+            self.try_fully(&recipe)?;
+            trained.push(recipe);
+        }
+        // Kernels come last, because they take longest.
+        for learner in [Learner::Network, Learner::Kernel] {
+            let alike = learned.iter().filter(|recipe| recipe.regressor.learner() == Some(learner));
+            for recipe in self.worth_training(alike)? {
+                self.try_fully(recipe)?;
+                trained.push(recipe.clone());
+            }
+        }
+        for (regressors, ..) in CAN_WIN {
+            if let Some(longer) = self.best_of(regressors, &trained).map(Recipe::longer) {
+                self.best.n_left += 1;
+                self.try_fully(&longer)?;
+            }
+        }
+        Ok(())
     }
 
     fn is_out_of_time(&self) -> bool {
@@ -645,11 +659,7 @@ impl<'a> Running<'a> {
 
     /// Fits and scores a candidate with the full training, unless the search is out of time. The conventional calibration is
     /// always tried.
-    fn try_fully(
-        &mut self,
-        recipe: &Recipe,
-        show: &(dyn Fn(&Best) + Sync),
-    ) -> Result<(), AnalysisError> {
+    fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
         if !self.best.tried.is_empty() && self.is_out_of_time() {
             return Ok(());
         }
@@ -662,7 +672,7 @@ impl<'a> Running<'a> {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
             self.best.push(tried);
         }
-        show(&self.best);
+        (self.show)(&self.best);
         Ok(())
     }
 
