@@ -483,8 +483,8 @@ fn main() {
                     tried.refused.as_ref().unwrap_or(&tried.blocks)
                 );
             }
-            for failure in best.failures() {
-                eprintln!("    {failure}");
+            for (name, why) in &best.failed {
+                eprintln!("    {name}: {why}");
             }
         }
     }

@@ -220,25 +220,20 @@ impl Best {
                 "{n} not tried before the search ended; any of them may be better than the proposal"
             ));
         }
-        remarks.extend(self.failures());
-        let mut dropped: Vec<&RuledOut> = self.ruled_out.iter().collect();
-        dropped.sort_by(|a, b| a.relative.total_cmp(&b.relative));
-        if let [first, .., last] = dropped[..] {
-            remarks.push(format!(
-                "{} networks and kernels were dropped after a short training, with {} to {} of the conventional error; the best of them is {}: {}",
-                dropped.len(),
-                percent(first.relative),
-                percent(last.relative),
-                first.name,
-                first.why
-            ));
-        }
+        let failures = self.failed.iter();
+        remarks.extend(failures.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        let dropped = self.ruled_out.iter();
+        let best = dropped.min_by(|a, b| a.relative.total_cmp(&b.relative));
+        remarks.extend(best.map(|best| {
+            format!(
+                "{} networks and kernels were dropped after a short training; the best of them is {}, with {} of the conventional error: {}",
+                self.ruled_out.len(),
+                best.name,
+                percent(best.relative),
+                best.why
+            )
+        }));
         remarks
-    }
-
-    /// Returns sentences with the candidates that could not be tried, and the reasons.
-    pub fn failures(&self) -> impl Iterator<Item = String> {
-        self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
     }
 
     fn push(&mut self, mut tried: Tried) {
