@@ -139,7 +139,7 @@ fn main() {
         recordings: Arc::clone(&recordings),
         settings: FitSettings::default(),
         candidates: loopscope::questions::Candidates::All,
-        time_limit: Duration::from_secs(600),
+        limit: Duration::from_secs(600),
         within: WITHIN,
     };
     let start = Instant::now();

@@ -1,10 +1,12 @@
 //! Progress of slow work, such as reading a file or a fit. The work reports its progress, and another thread can cancel it.
+//! [`processor_time`] is what the work costs.
 //!
 //! Guarantees: all clones of a [`Progress`] share one state, no function waits for another thread, and a cancelled
 //! [`Progress`] stays cancelled.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 /// Progress and cancellation of one computation. All clones share one state.
 #[derive(Clone, Debug, Default)]
@@ -63,6 +65,23 @@ impl Progress {
         let done = self.0.done.load(Ordering::Relaxed);
         (total > 0).then(|| (done as f64 / total as f64).min(1.0) as f32)
     }
+}
+
+/// Returns the processor time that all threads of this program have used since its start.
+#[cfg(unix)]
+pub fn processor_time() -> Duration {
+    let used = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Duration::new(used.tv_sec as u64, used.tv_nsec as u32)
+}
+
+/// Returns an upper limit of the processor time that this program has used since the first call: the time multiplied by the
+/// number of processors. Measured processor times need code that the compiler cannot check on this system.
+#[cfg(not(unix))]
+pub fn processor_time() -> Duration {
+    static START: std::sync::LazyLock<std::time::Instant> =
+        std::sync::LazyLock::new(std::time::Instant::now);
+    let processors = std::thread::available_parallelism().map_or(1, |n| n.get() as u32);
+    START.elapsed() * processors
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
 use clap::Args;
@@ -23,21 +23,23 @@ use crate::{
     features::Range,
     progress::Progress,
     questions::{
-        AnalysisError, Best, Candidates, Request, Search, WITHIN,
-        errors::cold_start::worse_at_start, find_best, handed_over, train,
+        Best, Candidates, Request, Search, WITHIN, errors::cold_start::worse_at_start, find_best,
+        handed_over, train,
     },
     scoring::score_set::ScoreSet,
+    shown::counted,
 };
 
 /// Find the best model: fit many models, the fastest first, and compute their errors on recordings that were left out of the fit.
 #[derive(Debug, Args)]
 #[command(after_help = examples(&[
-    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for five minutes and exports the recommended one"),
+    ("loopscope best --train day1.csv day2.csv day3.csv --minutes 5 --export sensor.json", "tries models for at most five minutes of processor time and exports the recommended one"),
 ]))]
 pub struct BestJob {
     #[command(flatten)]
     recordings: RecordingArgs,
-    /// Time limit in minutes, after which no further model is started. With a short limit, the result depends on the computer's speed.
+    /// Limit of the processor time in minutes, summed over all threads, after which no further model is started. A search that
+    /// ends so is not exported without --force, because a model that was not tried may be better.
     #[arg(long, value_name = "MIN", default_value_t = SEARCH_MINUTES, value_parser = number_in(Range::NotNegative))]
     minutes: f64,
     /// Try only the models of the paper of Koike et al. (2019): each regressor without and with look-back, and squares and
@@ -55,7 +57,7 @@ pub struct BestJob {
     /// Write the recommended model to this file. The file name ending selects the format, as for `fit`. Can be given several times.
     #[arg(long, value_name = "FILE", value_parser = named_file())]
     export: Vec<PathBuf>,
-    /// Overwrite existing files.
+    /// Overwrite existing files, and export after an unfinished search or a fit that the recordings do not determine.
     #[arg(long)]
     force: bool,
     /// Print one JSON object instead of a table.
@@ -86,32 +88,25 @@ impl Work for BestJob {
             recordings: Arc::clone(&recordings),
             candidates: if self.paper { Candidates::Paper } else { Candidates::All },
             // Longer limits count as 1e9 s (30 years), so that the sum of the present time and the limit does not overflow.
-            time_limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
+            limit: Duration::from_secs_f64((minutes * 60.0).min(1e9)),
             within: 0.01 * self.within,
         };
         // The features are not chosen yet, but number of gauges and axes are known.
         let outline = Outline::of_fit(&search.settings, recordings.layout());
         check_formats(&self.export, &outline)?;
         run.say.line("preparing the recordings");
-        let so_far: Mutex<Option<Best>> = Mutex::new(None);
         interrupt_stops(&run.progress);
-        let found = find_best(&search, &run.progress, &|best| {
-            if let Ok(mut so_far) = so_far.lock() {
-                *so_far = Some(best.clone());
-            }
+        let best = find_best(&search, &run.progress, &|best| {
             let newest = best.tried.last().map_or("", |tried| tried.name.as_str());
             run.say.line(&format!("{} models tried, last: {newest}", best.tried.len()));
-        });
-        let is_interrupted = matches!(found, Err(AnalysisError::Cancelled(_)));
-        let best = match (found, so_far.into_inner().ok().flatten()) {
-            (Err(AnalysisError::Cancelled(_)), Some(so_far)) => so_far,
-            (found, _) => found?,
-        };
+        })?;
         for remark in best.remarks() {
             run.say.note(format_args!("{remark}"));
         }
         let proposed = if self.smallest { best.smallest() } else { best.proposed() };
-        if let Some(proposed) = proposed.filter(|_| !self.export.is_empty()) {
+        let is_held_back = best.n_left > 0 && !self.force && !self.export.is_empty();
+        let exports = !is_held_back && !self.export.is_empty();
+        if let Some(proposed) = proposed.filter(|_| exports) {
             let request = Request::fit(recordings, proposed.model.settings.clone());
             // Ctrl-C cancels only the search. The export uses another progress, so it is completed after Ctrl-C, too.
             let progress = Progress::default();
@@ -140,6 +135,17 @@ impl Work for BestJob {
             }
             Ok(())
         })?;
-        if is_interrupted { Err(JobError::Interrupted) } else { Ok(()) }
+        let held_back = is_held_back.then(|| {
+            let n = counted(best.n_left, "model");
+            format!("no file is written: {n} not tried and may be better; set a longer --minutes, or add --force to export the proposal")
+        });
+        match (run.progress.is_cancelled(), held_back) {
+            (true, held_back) => {
+                held_back.iter().for_each(|why| run.say.note(format_args!("{why}")));
+                Err(JobError::Interrupted)
+            }
+            (false, Some(why)) => Err(JobError::NotMet(why)),
+            (false, None) => Ok(()),
+        }
     }
 }

@@ -16,7 +16,8 @@ use crate::{
 pub enum JobError {
     /// A command-line argument is wrong.
     Usage(String),
-    /// The recordings do not determine the model, or a figure of the calibration exceeds its limit.
+    /// The recordings do not determine the model, a figure of the calibration exceeds its limit, or a search for the best model
+    /// is unfinished.
     NotMet(String),
     /// The user stopped the job. The results up to then have been printed.
     Interrupted,

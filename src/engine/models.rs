@@ -14,7 +14,7 @@ use crate::{
     scoring::score_set::ScoreSet,
 };
 
-/// Default time limit of a search (min), after which no further model is started.
+/// Default limit of the processor time of a search (min), after which no further model is started.
 pub const SEARCH_MINUTES: f64 = 10.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,15 +106,15 @@ impl Models {
             self.rows.retain(|row| !matches!(row.origin, Origin::Search(..)));
             self.rows.iter_mut().for_each(|row| row.mark = Mark::None);
         }
-        for tried in &found.tried {
-            let origin = Origin::Search(run, tried.at);
+        for (at, tried) in found.tried.iter().enumerate() {
+            let origin = Origin::Search(run, at);
             let known = self.rows.iter_mut().find(|row| row.origin == origin);
             let row = match known {
                 Some(row) => row,
                 // This model was in the list before, so the user has removed its row.
-                None if self.taken.1.contains(&tried.at) => continue,
+                None if self.taken.1.contains(&at) => continue,
                 None => {
-                    self.taken.1.push(tried.at);
+                    self.taken.1.push(at);
                     self.push(
                         tried.name.clone(),
                         origin,

@@ -1170,7 +1170,7 @@ fn a_training_is_shown_only_for_its_recordings_and_settings() {
     assert!(analysed(&mut engine).calibration.learned.is_none());
     engine.act(Action::Train);
     settle(&mut engine);
-    assert_eq!(engine.lane::<Train>().answer().unwrap().epochs.len(), 3);
+    assert_eq!(engine.lane::<Train>().answer().unwrap().epoch.unwrap().epoch, 3);
     let trained = Arc::clone(engine.fitting().expect("it was trained"));
     let analysis = analysed(&mut engine);
     assert_eq!(analysis.calibration.learned, trained.learned);
@@ -1199,7 +1199,7 @@ fn a_network_that_is_stopped_keeps_its_best_and_the_one_before_stays_until_then(
     engine.act(Action::Train);
     settle_until(&mut engine, "epochs", |engine| {
         let trained = engine.lane::<Train>().answer().filter(|own| own.calibration.is_none());
-        trained.is_some_and(|own| !own.epochs.is_empty())
+        trained.is_some_and(|own| own.epoch.is_some())
     });
     assert!(engine.lane::<Train>().running().is_some());
     engine.act(Action::Undo);

@@ -134,7 +134,7 @@ fn questions_about_recordings_say_what_is_missing() {
                 recordings: Arc::clone(set),
                 settings: FitSettings::default(),
                 candidates,
-                time_limit: Duration::ZERO,
+                limit: Duration::ZERO,
                 within: WITHIN,
             };
             let best = find_best(&search, &progress, &|_| {});

@@ -36,8 +36,8 @@ pub struct LeftOut<'a> {
     pub total: &'a NormalEquations,
     /// Normal equations of each part of the data. Every part must have samples.
     pub parts: &'a [NormalEquations],
-    /// For each part, normal equations on which the fit without this part is scored. They can differ from `parts`, for
-    /// example by a cold start of the features.
+    /// For each part, normal equations on which the fit without this part is scored. They differ from `parts` if the scored
+    /// loads fade in.
     pub scored: &'a [NormalEquations],
     pub terms: Terms<'a>,
 }
@@ -48,9 +48,9 @@ impl<'a> LeftOut<'a> {
         Self { total, parts, scored: parts, terms }
     }
 
-    /// Replaces the normal equations on which the fits are scored, if `scored` is given.
-    pub fn scored_on(self, scored: Option<&'a [NormalEquations]>) -> Self {
-        Self { scored: scored.unwrap_or(self.scored), ..self }
+    /// Replaces the normal equations on which the fits are scored.
+    pub fn scored_on(self, scored: &'a [NormalEquations]) -> Self {
+        Self { scored, ..self }
     }
 
     /// Returns the coefficients of each cross-validation fit, which leaves out one part of the data. `shares` holds the

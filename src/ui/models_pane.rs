@@ -84,7 +84,7 @@ impl View {
                     .range(0.0..=MOST_MINUTES)
                     .speed(0.1)
                     .suffix(" min");
-                let about = "Time limit of the search; afterwards no further model is started";
+                let about = "Limit of the processor time, summed over all threads; afterwards no further model is started";
                 ui.field("within", field, about);
                 if ui.press(
                     "Models of Koike et al. (2019)",

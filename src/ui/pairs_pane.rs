@@ -115,7 +115,8 @@ fn lowest(ui: &mut Ui, engine: &Engine, map: &ThresholdMap, scope: &Scope, out: 
                 if found.beats_conventional {
                     shown.pair = Some(pair);
                 } else {
-                    shown.words = "not below the uncompensated error (90 % confidence)".to_owned();
+                    shown.words =
+                        "not clearly below the uncompensated error in all parts".to_owned();
                 }
             }
             Err(reason) => shown.words = reason.to_string(),

@@ -102,7 +102,7 @@ pub fn training(
             Learner::Network => "Train the network".to_owned(),
             Learner::Kernel => "Train the kernel".to_owned(),
         };
-        if let Some(last) = trained.and_then(|trained| trained.epochs.last()) {
+        if let Some(last) = trained.and_then(|trained| trained.epoch) {
             let n = settings.network.epochs as f64 * (1.0 + cross_validation_cost(settings));
             let time = last.elapsed.div_f64(last.epoch.max(1) as f64).mul_f64(n);
             label += &format!(" (about {})", duration(time));

@@ -271,7 +271,7 @@ fn an_interrupted_search_writes_its_results_so_far() {
         return;
     }
     let workshop = Workshop::new();
-    let words = ["best", "--export", "c.json", "--minutes", "60"];
+    let words = ["best", "--export", "c.json", "--minutes", "60", "--force"];
     let found = [1, 3, 9, 27].into_iter().any(|secs| {
         let child = program(workshop.path(), &words)
             .stdout(Stdio::piped())

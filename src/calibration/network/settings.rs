@@ -8,13 +8,16 @@ use crate::features::{FeatureError, Range, Setting, Unit};
 const LAYERS: Setting =
     Setting { what: "the number of hidden layers", range: Range::Whole(0, 16), ..UNITS };
 
+/// Number of hidden layers in the paper of Koike et al. (2019).
+const N_HIDDEN: usize = 3;
+
 /// Setting for the number of units per hidden layer. Beyond its maximum, cancellation would be delayed too long.
 pub const UNITS: Setting = Setting {
     key: "hidden",
     option: "units",
     label: "Units of each hidden layer",
     what: "the number of units of a hidden layer",
-    default: &[100.0, 100.0, 100.0],
+    default: &[100.0],
     range: Range::Whole(1, 2048),
     explanation: "More units describe stronger nonlinearity, but are slower and need more recordings",
     ..EPOCHS
@@ -143,7 +146,7 @@ pub struct NetworkSettings {
 impl Default for NetworkSettings {
     fn default() -> Self {
         Self {
-            hidden: UNITS.default.iter().map(|units| *units as usize).collect(),
+            hidden: vec![UNITS.number() as usize; N_HIDDEN],
             batch: BATCH.number() as usize,
             epochs: EPOCHS.number() as usize,
             learning_rate: LEARNING_RATE.number(),

@@ -42,7 +42,7 @@ impl Engine {
             Action::Train => self.train(),
             Action::StopTraining => self.lane::<Train>().cancel(),
             Action::ChooseBlock(block, measure) => self.choose_block(block, measure),
-            Action::FindBest(candidates, time_limit) => self.find_best(candidates, time_limit),
+            Action::FindBest(candidates, limit) => self.find_best(candidates, limit),
             Action::StopTrying => self.lane::<TryModels>().cancel(),
             Action::KeepModel => self.keep_model(),
             Action::RemoveModel(id) => self.models.remove(id),

@@ -58,7 +58,7 @@ impl Engine {
         }
     }
 
-    pub(super) fn find_best(&mut self, candidates: Candidates, time_limit: Duration) {
+    pub(super) fn find_best(&mut self, candidates: Candidates, limit: Duration) {
         if self.is_trying() {
             return;
         }
@@ -67,7 +67,7 @@ impl Engine {
             recordings: Arc::clone(&self.project.recordings),
             settings: self.project.settings.clone(),
             candidates,
-            time_limit,
+            limit,
             within: WITHIN,
         };
         self.lanes.of_mut(ANYONE).ask_again(TryModels { run, search });

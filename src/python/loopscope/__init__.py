@@ -172,7 +172,10 @@ def fit(train: Recordings, test: Optional[Recordings] = None, **options: Any) ->
 
 
 def best(train: Recordings, test: Optional[Recordings] = None, **options: Any) -> Calibration:
-    """Returns the best model found within `minutes` (10 by default); `.models` lists all models that were tried."""
+    """Returns the best model; `.models` lists all models that were tried.
+
+    Raises LoopScopeError if the search needs more processor time than `minutes` (10 by default); `force=True` then returns the best so far.
+    """
     found = _fitted("best", train, test, options)
     kept = ("name", "blocks", "regressor", "relative", "is_proposed", "is_smallest", "seconds")
     found.models = records([{key: one[key] for key in kept} for one in found.result["tried"]], "name")

@@ -42,12 +42,18 @@ pub(crate) struct Sums {
     pub of_recordings: Vec<Vec<NormalEquations>>,
     pub train: NormalEquations,
     pub test: NormalEquations,
-    /// Normal equations of each part of the training recordings that cross-validation leaves out.
+    /// Normal equations of each part of the training recordings that cross-validation leaves out. The history of the features
+    /// starts anew in each part, for the fits as for the scores: no fit sees the gauges of the part that it leaves out.
     pub parts: Vec<NormalEquations>,
-    /// Normal equations of each part, with features whose history starts anew in the part; the fit without the part is scored
-    /// on them. `None` if the parts are whole recordings, or if the features have no memory; `parts` then serves both
-    /// purposes.
-    pub cold: Option<Vec<NormalEquations>>,
+    /// Sum of `parts`, if parts are blocks of a recording and features have a memory; otherwise `train` is their sum.
+    pub cold: Option<NormalEquations>,
+}
+
+impl Sums {
+    /// Returns the cross-validation that leaves out one of the parts at a time.
+    pub fn left_out<'a>(&'a self, terms: Terms<'a>) -> LeftOut<'a> {
+        LeftOut::of(self.cold.as_ref().unwrap_or(&self.train), &self.parts, terms)
+    }
 }
 
 pub(crate) struct LinearFit {
@@ -76,8 +82,9 @@ impl Dataset {
     ) -> Sums {
         let of_recordings = self.sums_of_recordings(design, past, fade, progress);
         let empty = NormalEquations::new(design.n_columns(), n_axes);
+        let cold = self.cold_parts(design, past, n_axes, fade, progress);
         let mut parts = vec![empty.clone(); self.folds.n_parts];
-        let (mut train, mut test) = (empty.clone(), empty);
+        let (mut train, mut test) = (empty.clone(), empty.clone());
         let entries = self.entries.iter().zip(&self.folds.pieces);
         for ((entry, pieces), sums) in entries.zip(&of_recordings) {
             for (piece, sums) in pieces.iter().zip(sums) {
@@ -91,7 +98,12 @@ impl Dataset {
                 }
             }
         }
-        let cold = self.cold_parts(design, past, n_axes, fade, progress);
+        let cold = cold.map(|cold| {
+            parts = cold;
+            let mut all = empty;
+            parts.iter().for_each(|part| all.add(part));
+            all
+        });
         Sums { of_recordings, train, test, parts, cold }
     }
 
@@ -201,7 +213,7 @@ impl Dataset {
     ) -> Result<LinearFit, Cancelled> {
         let n_axes = calibration.axes.len();
         let design = calibration.design();
-        let Sums { of_recordings, train, test, parts, cold } = sums;
+        let Sums { of_recordings, train, test, parts, .. } = sums;
         let (kinds, known) = (design.kinds(), self.map.standardised(&design));
         let (all, present) = (design.all(), design.present());
         // Only an automatic ridge needs the normal equations of whole recordings. Computing them at every step of a threshold
@@ -211,8 +223,7 @@ impl Dataset {
             RidgeChoice::Auto | RidgeChoice::ByBlock => self.recordings_left_out(of_recordings),
         };
         let terms = |used| Terms { used, kinds: &kinds, known: &known };
-        let left_out = |used| LeftOut::of(train, parts, terms(used)).scored_on(cold.as_deref());
-        let left_out_all = left_out(&all);
+        let left_out_all = sums.left_out(terms(&all));
         let chooses = match &whole {
             Some(whole) => LeftOut::of(train, whole, terms(&all)),
             None => left_out_all,
@@ -244,9 +255,7 @@ impl Dataset {
         progress.check()?;
         let scored = fading.as_ref().unwrap_or(sums);
         let (squares, left_out_all) = match &fading {
-            Some(Sums { parts, cold, .. }) => {
-                (None, left_out_all.scored_on(Some(cold.as_deref().unwrap_or(parts))))
-            }
+            Some(fading) => (None, left_out_all.scored_on(&fading.parts)),
             None => (squares, left_out_all),
         };
         let scores = |coefficients: &[f64], cv_rmse| Scores {
@@ -261,7 +270,7 @@ impl Dataset {
         let compensated_cv = left_out_squares.as_ref().and_then(PartSquares::rmse);
         let coefficients = if is_small { &maps[..] } else { &[] };
         let coefficients = CoefficientErrors::of(self.cross_validation(), coefficients);
-        let left_out_present = left_out(&present);
+        let left_out_present = sums.left_out(terms(&present));
         let conventional_cv =
             left_out_present.rmse(&vec![0.0; n_axes], || left_out_present.squares(0.0));
         calibration.quality = Quality {
@@ -317,7 +326,7 @@ impl Dataset {
         let shares = shares_of(calibration, terms, &design);
         let strengths: Vec<f64> =
             shares.iter().map(|shares| shares.iter().copied().fold(0.0, f64::max)).collect();
-        let left_out = LeftOut::of(&sums.train, &sums.parts, terms);
+        let left_out = sums.left_out(terms);
         if !left_out.is_determined(&strengths) {
             return Err(NoCrossValidation::FewSamples);
         }

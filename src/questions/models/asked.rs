@@ -30,8 +30,8 @@ pub type OnTrained = Arc<dyn Fn(&Request, &Arc<Calibration>) + Send + Sync>;
 
 #[derive(Clone, Debug, Default)]
 pub struct Trained {
-    /// Reports of a network's training, one for each epoch.
-    pub epochs: Vec<EpochReport>,
+    /// Report of the last epoch of a network's training.
+    pub epoch: Option<EpochReport>,
     pub step: Option<TrainingStep>,
     pub calibration: Option<Arc<Calibration>>,
 }
@@ -59,7 +59,7 @@ impl Query for Train {
         let calibration = train(&self.request, progress, &mut |step| {
             trained.step = Some(step);
             if let TrainingStep::Epoch(report) = step {
-                trained.epochs.push(report);
+                trained.epoch = Some(report);
             }
             show(trained.clone());
         })?;

@@ -17,7 +17,7 @@ use crate::{
         weighed,
     },
     features::FeatureSettings,
-    progress::Progress,
+    progress::{Progress, processor_time},
     questions::{
         error::AnalysisError,
         models::{
@@ -25,7 +25,7 @@ use crate::{
             table::{Mark, Model, ModelRow, model_table, weights},
         },
     },
-    recording::{RecordingSet, Role},
+    recording::{Recording, RecordingSet, Role, Tare},
     report::Table,
     scoring::{
         left_out::summed_by_target, metrics::root_mean, numbers::significant, score_set::ScoreSet,
@@ -48,6 +48,8 @@ const CAN_WIN: [(&[Regressor], f64, usize); 3] = [
 ];
 /// Maximum error of a model that is trained again for longer, as a multiple of the lowest error.
 const NEARLY_BEST: f64 = 1.15;
+/// Error with a tare of each recording, as a share of the error without, below which the tare is mentioned.
+const TARE_HELPS: f64 = 0.9;
 /// Length of the blocks into which errors are divided, as a multiple of the correlation time of the errors.
 const TIMES_CORRELATED: usize = 4;
 /// Maximum number of error blocks of one recording.
@@ -65,8 +67,8 @@ pub struct Search {
     pub settings: FitSettings,
     /// Models to try.
     pub candidates: Candidates,
-    /// Time after which no further candidate starts.
-    pub time_limit: Duration,
+    /// Processor time of the program after which no further candidate starts.
+    pub limit: Duration,
     /// Maximum by which the error of the smallest proposed model exceeds the lowest error, as a share of the lowest error.
     pub within: f64,
 }
@@ -76,9 +78,6 @@ type FoldErrors = [Vec<Vec<f64>>];
 
 #[derive(Clone, Debug, Serialize)]
 pub struct Tried {
-    /// Position in the list of candidates.
-    #[serde(skip)]
-    pub at: usize,
     pub name: String,
     /// Description of the features; empty for the gauges alone.
     pub blocks: String,
@@ -100,22 +99,6 @@ pub struct Tried {
 }
 
 impl Tried {
-    /// Returns a fitted candidate that is not compared with other models yet.
-    pub fn new(name: &str, blocks: String, model: Model, squares: Vec<f64>) -> Self {
-        Self {
-            at: 0,
-            name: name.to_owned(),
-            blocks,
-            regressor: model.settings.regressor,
-            relative: model.relative(ScoreSet::LeftOut).unwrap_or(1.0),
-            model,
-            is_proposed: false,
-            is_smallest: false,
-            refused: None,
-            squares,
-        }
-    }
-
     pub fn mark(&self) -> Mark {
         match (self.is_proposed, self.is_smallest) {
             (true, _) => Mark::Proposed,
@@ -125,14 +108,24 @@ impl Tried {
     }
 }
 
+/// Network or kernel that was dropped after the short training.
+#[derive(Clone, Debug, Serialize)]
+pub struct RuledOut {
+    name: String,
+    /// Error after the short training, divided by that of the conventional calibration.
+    relative: f64,
+    why: String,
+}
+
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Best {
     pub tried: Vec<Tried>,
     /// Names of candidates that could not be tried, with the reasons.
     pub failed: Vec<(String, String)>,
-    /// Networks and kernels that were dropped after the short training, with their relative errors.
-    pub ruled_out: Vec<(String, f64)>,
-    /// Number of candidates that were not tried within the time limit.
+    /// Networks and kernels that were dropped after the short training.
+    pub ruled_out: Vec<RuledOut>,
+    /// Number of candidates that were not tried yet and may be better than the proposal. It is zero only after a complete
+    /// search.
     pub n_left: usize,
     pub n_folds: usize,
     /// Description of the cross-validation.
@@ -141,6 +134,11 @@ pub struct Best {
     pub decimation: usize,
     /// Copy of [`Search::within`].
     pub within: f64,
+    /// Tare of the training recordings; `None` if a training recording is not tared.
+    pub tare: Option<Tare>,
+    /// Cross-validated error of the conventional calibration if each training recording is tared, divided by its error with
+    /// the recordings as they are; `None` unless the tare lowers the error by more than a tenth.
+    pub with_tare: Option<f64>,
     #[serde(skip)]
     cut: Cut,
 }
@@ -161,7 +159,6 @@ impl Best {
         let (Some(proposed), Some(smallest)) = (self.proposed(), self.smallest()) else {
             return Vec::new();
         };
-        let percent = |tried: &Tried| format!("{} %", significant(100.0 * tried.relative, 3));
         let cost = |tried: &Tried| {
             let cost = &tried.model.cost;
             format!("{} parameters, {} bytes", cost.coefficients, cost.bytes)
@@ -177,7 +174,7 @@ impl Best {
         let first = format!(
             "Proposed: {}, the most accurate model: {} of the conventional error ({}); {}",
             proposed.name,
-            percent(proposed),
+            percent(proposed.relative),
             self.folds,
             cost(proposed)
         );
@@ -188,7 +185,7 @@ impl Best {
             format!(
                 "Smallest model with an error within {within} % of the proposed model's error: {}, {} of the conventional error; {}",
                 smallest.name,
-                percent(smallest),
+                percent(smallest.relative),
                 cost(smallest)
             )
         };
@@ -198,6 +195,15 @@ impl Best {
     /// Returns sentences with further results of the search, such as the models that were not tried.
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
+        remarks.extend(self.tare.map(|tare| {
+            format!("The models are compared after a tare over {tare}; tare the gauges on the robot, too")
+        }));
+        remarks.extend(self.with_tare.map(|share| {
+            format!(
+                "The zeros of the recordings differ: a tare of each recording lowers the conventional error to {}. If the robot tares the gauges before use, tare the recordings, too (--tare auto), to compare the models after this tare",
+                percent(share)
+            )
+        }));
         let lowest = self.proposed().map_or(1.0, |tried| tried.relative);
         // A model with a lower error than the proposed model needs an explanation why it is not proposed.
         let lower = self.tried.iter().filter(|tried| tried.relative < lowest);
@@ -211,25 +217,23 @@ impl Best {
         if self.n_left > 0 {
             let n = counted(self.n_left, "model");
             remarks.push(format!(
-                "{n} not tried within the time limit; set a longer limit to try more"
+                "{n} not tried before the search ended; any of them may be better than the proposal"
             ));
         }
-        remarks.extend(self.failures());
-        if !self.ruled_out.is_empty() {
-            let lowest =
-                self.ruled_out.iter().map(|dropped| dropped.1).fold(f64::INFINITY, f64::min);
-            remarks.push(format!(
-                "{} networks and kernels were dropped after a short training, the best at {} % of the conventional error",
+        let failures = self.failed.iter();
+        remarks.extend(failures.map(|(name, why)| format!("{name} could not be tried: {why}")));
+        let dropped = self.ruled_out.iter();
+        let best = dropped.min_by(|a, b| a.relative.total_cmp(&b.relative));
+        remarks.extend(best.map(|best| {
+            format!(
+                "{} networks and kernels were dropped after a short training; the best of them is {}, with {} of the conventional error: {}",
                 self.ruled_out.len(),
-                significant(100.0 * lowest, 3)
-            ));
-        }
+                best.name,
+                percent(best.relative),
+                best.why
+            )
+        }));
         remarks
-    }
-
-    /// Returns sentences with the candidates that could not be tried, and the reasons.
-    pub fn failures(&self) -> impl Iterator<Item = String> {
-        self.failed.iter().map(|(name, why)| format!("{name} could not be tried: {why}"))
     }
 
     fn push(&mut self, mut tried: Tried) {
@@ -243,7 +247,6 @@ impl Best {
         let (squares, reference) = (of(&tried), of(&conventional));
         // If the conventional calibration has no error, no model is better.
         tried.relative = tried.model.relative(ScoreSet::LeftOut).unwrap_or(1.0);
-        tried.at = self.tried.len();
         tried.model.spread = Some(self.cut.blocks.compare(&squares, &reference).standard_error);
         self.tried.push(tried);
         let mut order: Vec<usize> = (0..self.tried.len()).collect();
@@ -285,6 +288,10 @@ impl Best {
             ..model_table(axes, &[set], rows)
         }
     }
+}
+
+fn percent(share: f64) -> String {
+    format!("{} %", significant(100.0 * share, 3))
 }
 
 /// Division of the held-out samples into blocks of consecutive samples.
@@ -376,92 +383,60 @@ fn correlated(errors: &FoldErrors, n_axes: usize) -> usize {
     lag
 }
 
-/// Fits and scores the candidates of the search. `show` receives all results after each candidate.
+/// Fits and scores the candidates of the search. `show` receives all results after each candidate. A cancelled search returns
+/// the results so far.
 ///
 /// # Errors
-/// [`AnalysisError`] without training recordings, or after a cancellation.
+/// [`AnalysisError`] without training recordings, or if the conventional calibration cannot be fitted.
 pub fn find_best(
     search: &Search,
     progress: &Progress,
     show: &(dyn Fn(&Best) + Sync),
 ) -> Result<Best, AnalysisError> {
     search.settings.validate()?;
-    let mut running = Running::new(search, progress)?;
-    let (linear, learned) = match search.candidates {
-        Candidates::All => {
-            (recipes::linear(!running.whole.auxiliary.is_empty()), recipes::learned())
-        }
-        // The paper's models are few, so each of them gets the full training.
-        Candidates::Paper => (recipes::paper(running.whole.is_static()), Vec::new()),
-    };
-    let (n_linear, n_learned) = (linear.len(), learned.len());
-    let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most + 1).sum();
-    progress.add_total((n_linear + n_learned + most_trained + 1) as u64);
-    for (at, recipe) in linear.iter().enumerate() {
-        if at > 0 && running.is_out_of_time() {
-            running.best.n_left = n_linear - at + n_learned;
-            return Ok(running.best);
-        }
-        running.try_fully(recipe)?;
-        show(&running.best);
+    let mut running = Running::new(search, progress, show)?;
+    match running.try_all() {
+        Err(AnalysisError::Cancelled(_)) if !running.best.tried.is_empty() => {}
+        ended => ended?,
     }
-    let mut short = Vec::new();
-    if n_learned > 0 && !running.whole.is_static() {
-        running.try_fully(&recipes::always_trained())?;
-        show(&running.best);
-    }
-    for (at, recipe) in learned.into_iter().enumerate() {
-        if running.is_out_of_time() {
-            running.best.n_left = n_learned - at;
-            break;
-        }
-        let errors = running.errors(&recipe, SHORT);
-        if let Some(errors) = running.noted(&recipe, errors)? {
-            short.push((running.relative(&errors), recipe));
-        }
-    }
-    short.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let lowest = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
-    let lowest = lowest.min(running.best.lowest());
-    let mut left = CAN_WIN;
-    let can_win = |(relative, recipe): &(f64, Recipe)| {
-        let limits = left.iter_mut().find(|limits| limits.0.contains(&recipe.regressor));
-        limits.is_some_and(|(_, reach, most)| {
-            let can_win = *relative < *reach * lowest && *most > 0 && running.is_new(*relative);
-            *most -= usize::from(can_win);
-            can_win
-        })
-    };
-    let (mut short, passed): (Vec<_>, Vec<_>) = short.into_iter().partition(can_win);
-    running.best.ruled_out =
-        passed.into_iter().map(|(relative, recipe)| (recipe.name, relative)).collect();
-    // Kernels come last, because they take longest.
-    short.sort_by_key(|(_, recipe)| recipe.regressor.learner() == Some(Learner::Kernel));
-    for (at, (_, recipe)) in short.iter().enumerate() {
-        if running.is_out_of_time() {
-            running.best.n_left += short.len() - at;
-            break;
-        }
-        running.try_fully(recipe)?;
-        show(&running.best);
-    }
-    short.push((0.0, recipes::always_trained()));
-    for (regressors, ..) in CAN_WIN {
-        let Some(recipe) = running.best_of(regressors, &short) else { continue };
-        if running.is_out_of_time() {
-            running.best.n_left += 1
-        } else {
-            running.try_fully(&recipe.longer())?
-        }
-    }
-    show(&running.best);
     Ok(running.best)
+}
+
+/// Returns the cross-validated error of the conventional calibration after a tare of each training recording, divided by its
+/// error without. Returns `None` unless the tare lowers the error by more than a tenth.
+fn error_with_tare(
+    recordings: &Arc<RecordingSet>,
+    settings: &FitSettings,
+    progress: &Progress,
+) -> Result<Option<f64>, AnalysisError> {
+    let mut tared = RecordingSet::clone(recordings);
+    let training = recordings.entries().iter().enumerate();
+    for (at, entry) in training.filter(|(_, entry)| entry.role == Role::Train) {
+        let recording = Recording::clone(&entry.recording);
+        match (recording.tare(), recording.tared(Tare::Auto)) {
+            (None, Ok((recording, _))) => tared.replace(at, recording),
+            // The recording is tared already, or never at rest without load.
+            _ => return Ok(None),
+        }
+    }
+    let rmse = |set: &Arc<RecordingSet>| {
+        let side = Side::new(Arc::clone(set), settings);
+        let quality = side.fit(settings.clone(), usize::MAX, progress)?.quality;
+        Ok::<_, AnalysisError>(quality.conventional.cv_rmse.unwrap_or_default())
+    };
+    let weights = weights(&rmse(recordings)?);
+    let tared = rmse(&Arc::new(tared))?;
+    let share = weights.iter().zip(tared).map(|(weight, rmse)| weight * rmse * rmse);
+    let share = share.sum::<f64>().sqrt();
+    Ok((0.0 < share && share < TARE_HELPS).then_some(share))
 }
 
 struct Running<'a> {
     search: &'a Search,
     progress: &'a Progress,
-    start: Instant,
+    show: &'a (dyn Fn(&Best) + Sync),
+    /// Processor time of the program at the start of the search.
+    start: Duration,
     folds: NestedFolds,
     /// All training recordings, to which the final settings of each candidate are fitted.
     whole: Side,
@@ -472,8 +447,12 @@ struct Running<'a> {
 }
 
 impl<'a> Running<'a> {
-    fn new(search: &'a Search, progress: &'a Progress) -> Result<Self, AnalysisError> {
-        let start = Instant::now();
+    fn new(
+        search: &'a Search,
+        progress: &'a Progress,
+        show: &'a (dyn Fn(&Best) + Sync),
+    ) -> Result<Self, AnalysisError> {
+        let start = processor_time();
         let folds = NestedFolds::of(&search.recordings)?;
         let n_train = search.recordings.n_samples(Role::Train);
         let thinned = search.settings.decimation.max(n_train.div_ceil(ENOUGH_SAMPLES));
@@ -499,11 +478,14 @@ impl<'a> Running<'a> {
             folds: folds.what.clone(),
             decimation: thinned,
             within: search.within,
+            tare: search.recordings.tare(),
+            with_tare: error_with_tare(&search.recordings, &common, progress)?,
             ..Best::default()
         };
         Ok(Self {
             search,
             progress,
+            show,
             start,
             sides: folds.folds.iter().map(|fold| side(&fold.set)).collect(),
             folds,
@@ -513,8 +495,46 @@ impl<'a> Running<'a> {
         })
     }
 
+    fn try_all(&mut self) -> Result<(), AnalysisError> {
+        let (linear, learned) = match self.search.candidates {
+            Candidates::All => {
+                (recipes::linear(!self.whole.auxiliary.is_empty()), recipes::learned())
+            }
+            // The paper's models are few, so each of them gets the full training.
+            Candidates::Paper => (recipes::paper(self.whole.is_static()), Vec::new()),
+        };
+        let most_trained: usize = CAN_WIN.iter().map(|(_, _, most)| most + 1).sum();
+        self.progress.add_total((linear.len() + learned.len() + most_trained) as u64);
+        self.best.n_left = linear.len() + learned.len();
+        for recipe in &linear {
+            self.try_fully(recipe)?;
+        }
+        let mut trained = Vec::new();
+        if !learned.is_empty() && !self.whole.is_static() {
+            let recipe = recipes::always_trained();
+            self.best.n_left += 1;
+            self.try_fully(&recipe)?;
+            trained.push(recipe);
+        }
+        // Kernels come last, because they take longest.
+        for learner in [Learner::Network, Learner::Kernel] {
+            let alike = learned.iter().filter(|recipe| recipe.regressor.learner() == Some(learner));
+            for recipe in self.worth_training(alike)? {
+                self.try_fully(recipe)?;
+                trained.push(recipe.clone());
+            }
+        }
+        for (regressors, ..) in CAN_WIN {
+            if let Some(longer) = self.best_of(regressors, &trained).map(Recipe::longer) {
+                self.best.n_left += 1;
+                self.try_fully(&longer)?;
+            }
+        }
+        Ok(())
+    }
+
     fn is_out_of_time(&self) -> bool {
-        self.start.elapsed() > self.search.time_limit
+        processor_time() - self.start > self.search.limit
     }
 
     /// Fits a candidate in each cross-validation fold. Returns the errors of each held-out recording.
@@ -545,12 +565,15 @@ impl<'a> Running<'a> {
         recipe: &Recipe,
         found: Result<T, AnalysisError>,
     ) -> Result<Option<T>, AnalysisError> {
+        if let Err(AnalysisError::Cancelled(cancelled)) = found {
+            return Err(cancelled.into());
+        }
         self.progress.advance(1);
+        self.best.n_left -= 1;
         match found {
             Ok(found) => Ok(Some(found)),
             // Without the conventional calibration, which is the first candidate, no model can be compared.
             Err(error) if self.best.tried.is_empty() => Err(error),
-            Err(AnalysisError::Cancelled(cancelled)) => Err(cancelled.into()),
             Err(error) => {
                 self.best.failed.push((recipe.name.clone(), error.to_string()));
                 Ok(None)
@@ -568,14 +591,10 @@ impl<'a> Running<'a> {
 
     /// Returns the candidate with the lowest error among those with one of these regressors; `None` if this error is far above the
     /// lowest error of all models.
-    fn best_of<'r>(
-        &self,
-        regressors: &[Regressor],
-        trained: &'r [(f64, Recipe)],
-    ) -> Option<&'r Recipe> {
+    fn best_of<'r>(&self, regressors: &[Regressor], trained: &'r [Recipe]) -> Option<&'r Recipe> {
         let reach = NEARLY_BEST * self.best.lowest();
-        let alike = trained.iter().filter(|(_, recipe)| regressors.contains(&recipe.regressor));
-        let found = alike.filter_map(|(_, recipe)| {
+        let alike = trained.iter().filter(|recipe| regressors.contains(&recipe.regressor));
+        let found = alike.filter_map(|recipe| {
             let tried = self.best.tried.iter().find(|tried| tried.name == recipe.name)?;
             let can_win = tried.relative < reach && tried.refused.is_none();
             (can_win && self.is_new(tried.relative)).then_some((tried.relative, recipe))
@@ -592,7 +611,53 @@ impl<'a> Running<'a> {
         (squares.iter().sum::<f64>() / n).sqrt()
     }
 
+    /// Trains these networks or kernels for a short time. Returns those whose full training may give the lowest error, the
+    /// best first.
+    fn worth_training<'r>(
+        &mut self,
+        recipes: impl Iterator<Item = &'r Recipe>,
+    ) -> Result<Vec<&'r Recipe>, AnalysisError> {
+        let mut short = Vec::new();
+        for recipe in recipes {
+            if self.is_out_of_time() {
+                break;
+            }
+            let errors = self.errors(recipe, SHORT);
+            if let Some(errors) = self.noted(recipe, errors)? {
+                short.push((self.relative(&errors), recipe));
+            }
+        }
+        short.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let lowest = short.first().map_or(f64::INFINITY, |(relative, _)| *relative);
+        let lowest = lowest.min(self.best.lowest());
+        let mut left = CAN_WIN;
+        let mut worth = Vec::new();
+        for (relative, recipe) in short {
+            let limits = left.iter_mut().find(|limits| limits.0.contains(&recipe.regressor));
+            let Some((_, reach, most)) = limits else { continue };
+            let why = if !self.is_new(relative) {
+                "the linear model before it has the same error".to_owned()
+            } else if relative >= *reach * lowest {
+                format!("its error is above {reach} times the lowest, {}", percent(lowest))
+            } else if *most == 0 {
+                "others of its kind have lower errors".to_owned()
+            } else {
+                *most -= 1;
+                worth.push(recipe);
+                continue;
+            };
+            self.best.ruled_out.push(RuledOut { name: recipe.name.clone(), relative, why });
+        }
+        self.best.n_left += worth.len();
+        Ok(worth)
+    }
+
+    /// Fits and scores a candidate with the full training, unless the search is out of time. The conventional calibration is
+    /// always tried.
     fn try_fully(&mut self, recipe: &Recipe) -> Result<(), AnalysisError> {
+        if !self.best.tried.is_empty() && self.is_out_of_time() {
+            return Ok(());
+        }
         let since = Instant::now();
         let tried = self.tried(recipe);
         let Some(mut tried) = self.noted(recipe, tried)? else { return Ok(()) };
@@ -602,6 +667,7 @@ impl<'a> Running<'a> {
             tried.model.seconds = Some(since.elapsed().as_secs_f64());
             self.best.push(tried);
         }
+        (self.show)(&self.best);
         Ok(())
     }
 
@@ -624,7 +690,18 @@ impl<'a> Running<'a> {
             cv_spread: spreads(&errors, n_axes),
             ..Model::fitted(settings, &Arc::new(calibration), &self.folds.whole)
         };
-        Ok(Tried::new(&recipe.name, blocks, model, squares))
+        Ok(Tried {
+            name: recipe.name.clone(),
+            blocks,
+            regressor: recipe.regressor,
+            // Comparison with the other models follows.
+            relative: 1.0,
+            is_proposed: false,
+            is_smallest: false,
+            refused: None,
+            model,
+            squares,
+        })
     }
 }
 
@@ -698,23 +775,67 @@ mod tests {
             recordings: Arc::new(set),
             settings: FitSettings::default(),
             candidates: Candidates::All,
-            time_limit: Duration::from_millis(1),
+            limit: Duration::from_millis(1),
             within: WITHIN,
         };
         let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
         assert_eq!(best.tried[0].name, "Conventional");
         assert_eq!(
             best.n_left,
-            recipes::linear(true).len() + recipes::learned().len() - 1,
+            recipes::linear(true).len() + recipes::learned().len(),
             "the time allowed one"
         );
-        let patient = Search { time_limit: Duration::from_secs(3), ..search };
+        let patient = Search { limit: Duration::from_secs(20), ..search };
         let best = find_best(&patient, &Progress::default(), &|_| {}).unwrap();
         let auxiliary = &best.tried[1];
         assert_eq!(auxiliary.name, "Auxiliary channels");
         assert!(auxiliary.relative < 0.2, "{}", auxiliary.relative);
         assert_eq!(auxiliary.model.settings.features.blocks.of(&Auxiliary), [0.0, 20.0]);
         assert!(best.proposed().unwrap().relative < 0.2);
+    }
+
+    /// Four recordings of one gauge that start without load. In some sets, the zero differs between recordings.
+    #[test]
+    fn a_tare_is_mentioned_if_the_zeros_differ_and_the_recordings_are_not_tared() {
+        let found = |shift: f64, is_tared: bool| {
+            let mut set = RecordingSet::default();
+            for at in 0..4 {
+                let time = |k: usize| 0.02 * k as f64;
+                let load = |k: usize| 20.0 * ((1.0 + 0.1 * f64::from(at)) * (time(k) - 2.0)).sin();
+                let loads: Vec<f64> =
+                    (0..600).map(|k| if k < 100 { 0.0 } else { load(k) }).collect();
+                let zero = 5.0 + shift * f64::from((at * 7) % 4);
+                let noise = |k: usize| 0.02 * (1e3 * k as f64).sin();
+                let gauges = loads.iter().enumerate();
+                let gauges = gauges.map(|(k, load)| zero + load + 1e-3 * load * load + noise(k));
+                let recording = Recording::new(
+                    format!("r{at}"),
+                    crate::recording::Source::Simulated,
+                    (0..600).map(time).collect(),
+                    vec!["S1".to_owned()],
+                    gauges.collect(),
+                    vec![Axis::Fz],
+                    loads,
+                );
+                let recording = recording.unwrap();
+                let recording =
+                    if is_tared { recording.tared(Tare::Auto).unwrap().0 } else { recording };
+                set.push(Entry::new(recording, Role::Train)).unwrap();
+            }
+            let search = Search {
+                recordings: Arc::new(set),
+                settings: FitSettings::default(),
+                candidates: Candidates::All,
+                limit: Duration::ZERO,
+                within: WITHIN,
+            };
+            let best = find_best(&search, &Progress::default(), &|_| {}).unwrap();
+            (best.tare, best.with_tare)
+        };
+        assert_eq!(found(0.0, false), (None, None));
+        let (tare, with_tare) = found(2.0, false);
+        assert!(tare.is_none() && with_tare.is_some_and(|share| share < 0.3), "{with_tare:?}");
+        assert_eq!(found(2.0, true), (Some(Tare::Auto), None));
     }
 
     /// Runs with two threads, and with one thread beside other work.
@@ -729,7 +850,7 @@ mod tests {
             recordings: Arc::new(set),
             settings: FitSettings::default(),
             candidates: Candidates::All,
-            time_limit: Duration::from_secs(3600),
+            limit: Duration::from_secs(3600),
             within: WITHIN,
         };
         let found = |threads: usize| {

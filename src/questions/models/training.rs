@@ -13,7 +13,6 @@
 //! the same in every fit.
 
 use std::borrow::Borrow;
-use std::ops::Range;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -658,35 +657,18 @@ pub fn cross_validated(
     Some(parts)
 }
 
-/// Returns the training recordings, with the left-out parts in the role of test recordings. A recording with a left-out
-/// interval is cut into several recordings. At the start of each, no earlier gauge values are known.
+/// Returns the pieces of the training recordings as recordings of their own, each with a cold start. Those of the parts that
+/// are left out have the role of test recordings.
 fn fold_without(training: &[(Entry, &[Piece])], is_left_out: impl Fn(usize) -> bool) -> Fold {
-    let mut cut: Vec<(Entry, Option<usize>)> = Vec::new();
-    for (entry, pieces) in training {
-        let mut push = |samples: Range<usize>, part: Option<usize>| {
-            if samples.is_empty() {
-                return;
-            }
-            let mut segment = entry.clone();
-            if samples.len() < entry.recording.n_samples() {
-                segment.recording = Arc::new(entry.recording.segment(samples.clone()));
-            }
-            cut.push((segment, part));
-        };
-        let mut kept = 0..0;
-        for piece in *pieces {
-            if is_left_out(piece.fold) {
-                push(std::mem::take(&mut kept), None);
-                push(piece.samples.clone(), Some(piece.fold));
-            } else if kept.is_empty() {
-                kept = piece.samples.clone();
-            } else {
-                kept.end = piece.samples.end;
-            }
+    let pieces =
+        training.iter().flat_map(|(entry, pieces)| pieces.iter().map(move |piece| (entry, piece)));
+    Fold::of(pieces.map(|(entry, Piece { samples, fold })| {
+        let mut piece = entry.clone();
+        if samples.len() < entry.recording.n_samples() {
+            piece.recording = Arc::new(entry.recording.segment(samples.clone()));
         }
-        push(kept, None);
-    }
-    Fold::of(cut.into_iter())
+        (piece, is_left_out(*fold).then_some(*fold))
+    }))
 }
 
 impl Fold {

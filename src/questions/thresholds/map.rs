@@ -479,7 +479,8 @@ pub struct Suggestion {
     /// Cross-validation error at the minimum.
     pub left_out: f64,
     pub conventional: f64,
-    /// True if the error of the conventional calibration is above the minimum with 90 % confidence.
+    /// True if the fit is eligible by the rule that also chooses among models: its error is below that of the conventional
+    /// calibration with 90 % confidence, and in no left-out part more than a tenth above it.
     pub beats_conventional: bool,
     /// Range of F_th that is as good as the suggested F_th, with t_th as suggested.
     pub f_th_range: FlatRange,
@@ -508,13 +509,17 @@ impl ThresholdMap {
         let is_worse = |point: &PointScores| {
             parts.is_below(&lowest, &weighed(&point.left_out_squares, &weights), 1.0)
         };
+        let conventional_squares = weighed(&self.conventional.left_out_squares, &weights);
         let is_flat = |f_at: usize, t_at: usize| Some(!is_worse(self.point(f_at, t_at)?));
         Ok(Suggestion {
             thresholds: self.thresholds(at.0, at.1),
             at,
             left_out,
             conventional,
-            beats_conventional: is_worse(&self.conventional),
+            beats_conventional: parts
+                .choose(2, 0.0, |at| [&conventional_squares, &lowest][at])
+                .refused[1]
+                .is_none(),
             f_th_range: flat_range(&self.grid.f_ths, at.0, |f_at| is_flat(f_at, at.1)),
             t_th_range: flat_range(&self.grid.t_ths_secs, at.1, |t_at| is_flat(at.0, t_at)),
             n_parts: self.part_samples.len(),
@@ -537,7 +542,7 @@ impl Suggestion {
         let doubt = if self.beats_conventional {
             ""
         } else {
-            "; this is not below the uncompensated error with 90 % confidence"
+            "; this is not below the uncompensated error with 90 % confidence, or more than a tenth above it in a left-out part"
         };
         format!(
             "cross-validation minimum of {label} at F_th {f_th} and t_th {t_th} s: error {error} {unit} (uncompensated: {conventional} \

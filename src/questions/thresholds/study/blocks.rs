@@ -17,7 +17,6 @@ use crate::{
         error::AnalysisError,
         thresholds::{map::Measure, study::Study},
     },
-    scoring::left_out::LeftOut,
 };
 
 /// Shortest time that is tried as a value, as a share of the sample interval.
@@ -196,12 +195,9 @@ impl Bench {
 
     fn try_one(&self, chosen: Vec<usize>) -> Result<Tried, AnalysisError> {
         let by_value = chosen.iter().flat_map(|at| &self.by_value[*at]);
-        let train = &self.sums.train;
         let used: Vec<usize> = self.others.iter().chain(by_value).copied().collect();
         let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
-        let left_out =
-            LeftOut::of(train, &self.sums.parts, terms).scored_on(self.sums.cold.as_deref());
-        let (_, squares) = left_out.with_ridge(self.ridge);
+        let (_, squares) = self.sums.left_out(terms).with_ridge(self.ridge);
         let squares = squares.ok_or(NoCrossValidation::FewSamples)?;
         Ok(Tried { chosen, squares: weighed(&squares, &self.weights) })
     }

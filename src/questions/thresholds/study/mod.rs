@@ -285,8 +285,8 @@ impl<'a> Rows<'a> {
                 let (loads, pieces) = (data.present_loads(at), &data.folds.pieces[at]);
                 let aged =
                     |is_cold| aged_sums(&self.design, loads, ages, pieces, is_cold, progress);
-                let is_scored_cold = self.scorer.sums.cold.is_some() && entry.role == Role::Train;
-                let both = [aged(false), if is_scored_cold { aged(true) } else { Vec::new() }];
+                let has_cold_parts = self.scorer.sums.cold.is_some() && entry.role == Role::Train;
+                let both = [aged(false), if has_cold_parts { aged(true) } else { Vec::new() }];
                 progress.check()?;
                 Ok(both)
             })
@@ -296,9 +296,9 @@ impl<'a> Rows<'a> {
         {
             match entry.role {
                 Role::Train => {
-                    row.cold.extend(pieces.iter().map(|piece| piece.fold).zip(cold));
-                    let pieces = pieces.iter().zip(aged);
-                    row.parts.extend(pieces.map(|(piece, aged)| (piece.fold, n_training, aged)));
+                    let parts = pieces.iter().map(|piece| piece.fold);
+                    row.cold.extend(parts.clone().zip(cold));
+                    row.train.extend(parts.zip(aged).map(|(part, aged)| (part, n_training, aged)));
                     n_training += 1;
                 }
                 Role::Test => row.test.extend(aged),
@@ -338,8 +338,8 @@ pub struct Scorer {
 pub struct AgedRow {
     /// Changes by each block of a training recording, with the numbers of the cross-validation part and of the recording that
     /// contain the block.
-    pub parts: Vec<(usize, usize, AgedSums)>,
-    /// Changes of the sums in which the history starts anew with each left-out part, with the number of the part.
+    pub train: Vec<(usize, usize, AgedSums)>,
+    /// Changes of the parts whose history starts anew, with the number of the part; empty if the parts are whole recordings.
     pub cold: Vec<(usize, AgedSums)>,
     pub test: Vec<AgedSums>,
 }
@@ -357,10 +357,10 @@ impl Scorer {
         let present = design.present();
         let (kinds, known) = (design.kinds(), conventional.standardised(design));
         let terms = Terms { used: &present, kinds: &kinds, known: &known };
-        let Sums { train, parts, cold, .. } = &sums;
+        let Sums { train, parts, .. } = &sums;
         // The targets are the residuals of the conventional calibration, so zero coefficients stand for that calibration.
         let none = vec![0.0; train.n_features() * train.n_targets()];
-        let left_out = LeftOut::of(train, parts, terms).scored_on(cold.as_deref());
+        let left_out = sums.left_out(terms);
         let squares = (parts.len() > 1).then(|| left_out.squares(0.0));
         Self {
             conventional: point_scores(&sums, &none, squares),
@@ -388,17 +388,18 @@ impl Scorer {
         (0..n_classes)
             .map(|class| {
                 progress.check()?;
-                for (part, recording, aged) in &row.parts {
+                for (part, recording, aged) in &row.train {
                     if let Some(recordings) = &mut recordings {
                         aged.add_class_to(class, &mut recordings[*recording]);
                     }
-                    aged.add_class_to(class, &mut sums.parts[*part]);
+                    if sums.cold.is_none() {
+                        aged.add_class_to(class, &mut sums.parts[*part]);
+                    }
                     aged.add_class_to(class, &mut sums.train);
                 }
                 for (part, aged) in &row.cold {
-                    if let Some(cold) = &mut sums.cold {
-                        aged.add_class_to(class, &mut cold[*part]);
-                    }
+                    aged.add_class_to(class, &mut sums.parts[*part]);
+                    sums.cold.iter_mut().for_each(|all| aged.add_class_to(class, all));
                 }
                 for aged in &row.test {
                     aged.add_class_to(class, &mut sums.test);
@@ -409,14 +410,14 @@ impl Scorer {
     }
 
     fn point(&self, sums: &Sums, recordings: Option<&[NormalEquations]>) -> PointScores {
-        let Sums { train, parts, cold, .. } = sums;
+        let Sums { train, parts, .. } = sums;
         let all: Vec<usize> = (0..train.n_features()).collect();
         let used = train.present_among(&all);
         if !used.iter().any(|&column| self.kinds[column] == ColumnKind::Appended) {
             return self.conventional.clone();
         }
         let terms = Terms { used: &used, kinds: &self.kinds, known: &self.known };
-        let left_out = LeftOut::of(train, parts, terms).scored_on(cold.as_deref());
+        let left_out = sums.left_out(terms);
         let (strengths, squares) = match (self.ridge, recordings) {
             (RidgeChoice::Auto | RidgeChoice::ByBlock, Some(recordings)) => {
                 let whole = LeftOut::of(train, recordings, terms);
