@@ -4,7 +4,6 @@
 //! are parsed. A line that is not a row is reported and changes nothing. In JSON lines, the keys are the names of the
 //! columns.
 
-mod documents;
 mod growing;
 mod head;
 
@@ -12,7 +11,7 @@ use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{DeviceRows, scattered_numbers, without_stamp},
+    device_rows::{DeviceRows, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side, TimeScale},
@@ -37,7 +36,6 @@ use crate::{
         units::TimeUnit,
     },
 };
-use documents::Messages;
 pub use growing::{GrowingFile, Grown};
 pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};
@@ -101,10 +99,6 @@ pub struct LiveTable {
     start: Instant,
     /// Names in the header; `None` without one.
     header: Option<Vec<String>>,
-    /// Lines of the present message, if the rows are messages of several lines.
-    messages: Option<Messages>,
-    /// Text between the numbers of a row, with the number of numbers, if it is more than a delimiter.
-    between: Option<(usize, String)>,
     /// Number of lines above the first row.
     n_above: usize,
 }
@@ -267,50 +261,24 @@ impl LiveTable {
             device: None,
             start: Instant::now(),
             header: None,
-            messages: None,
-            between: None,
             n_above: head.n_lines as usize,
         }))
     }
 
-    /// Reads one line that arrives now. Returns `None` if more lines belong to the same row.
-    pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
+    /// Reads one line that arrives now.
+    pub fn row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
         self.row_at(line, self.start.elapsed().as_secs_f64())
     }
 
     /// Reads one line that arrived at this time (s).
-    pub fn row_at(&mut self, line: &str, secs: f64) -> Result<Option<LiveRow>, Rejected> {
-        let message;
-        let line = match &mut self.messages {
-            Some(messages) if !line.starts_with('{') => match messages.push(line) {
-                Some(whole) => {
-                    message = whole;
-                    &message
-                }
-                None => return Ok(None),
-            },
-            _ => line,
-        };
-        let plain;
-        let line = match &self.between {
-            Some((n, between)) => {
-                let found = scattered_numbers(line, *n).filter(|(_, text)| text == between);
-                plain = found.ok_or_else(|| Rejected {
-                    time: None,
-                    why: "the text of the line differs from that of the first rows".to_owned(),
-                })?;
-                &plain.0
-            }
-            None => line,
-        };
+    pub fn row_at(&mut self, line: &str, secs: f64) -> Result<LiveRow, Rejected> {
         let Some(device) = &mut self.device else {
             let line = if self.keys.is_some() { line } else { without_stamp(line).1 };
-            return self.table_row(line).map(Some);
+            return self.table_row(line);
         };
         let misfit = device.misfit(line);
         let translated = device.line(line, secs);
-        let row = translated.map(|line| self.table_row(&line)).transpose();
-        row.map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
+        self.table_row(&translated).map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
     }
 
     fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
@@ -409,8 +377,8 @@ mod tests {
         while let Some(line) = lines.next() {
             if let Some(mut table) = head.push(line.clone(), source)? {
                 let kept = head.into_kept().map(|kept| table.row_at(&kept.line, kept.secs));
-                let mut rows: Vec<_> = kept.filter_map(|row| row.ok().flatten()).collect();
-                rows.extend(lines.filter_map(|line| table.row(line).ok().flatten()));
+                let mut rows: Vec<_> = kept.filter_map(|row| row.ok()).collect();
+                rows.extend(lines.filter_map(|line| table.row(line).ok()));
                 return Ok(Some((table, rows)));
             }
         }
@@ -455,7 +423,7 @@ mod tests {
         let mut table = table.map_or_else(|| head.end(source), Ok)?;
         let places = table.places(source.gauges, source.auxiliary).unwrap();
         let kept: Vec<String> = head.into_kept().map(|own| own.line).collect();
-        let rows = kept.iter().chain(&lines[n..]).filter_map(|line| table.row(line).ok().flatten());
+        let rows = kept.iter().chain(&lines[n..]).filter_map(|line| table.row(line).ok());
         Ok(rows.map(|row| (places.gauges(&row), row.time)).collect())
     }
 
@@ -583,35 +551,15 @@ mod tests {
             assert!(rows.iter().all(|(gauges, _)| gauges[..] == [1.0, 2.0, 4.0]), "{row} {rows:?}");
             Some(rows.len())
         };
-        let ros = "layout:\n  dim: []\n  data_offset: 0\ndata:\n- 1.0\n- 2.0\n- 4.0\n---";
-        let fields = "header:\n  stamp:\n    sec: 5\n    nanosec: 0\nS1: 1\nS2: 2\nS3: 4.0\n---";
         for (row, n) in [
             ("( 1 , 2 , 4 )", 60),
             ("[1, 2, 4]", 60),
             ("S1=1 S2=2 S3=4", 60),
             ("S1: 1 mV/V, S3: 4 mV/V, S2: 2 mV/V", 60),
             ("S1=1mV;S2=2mV;S3=4e0mV", 60),
-            ("S3: 4\nS1: 1\nS2: 2", 59),
-            (ros, 60),
-            (fields, 60),
-            ("data: [1, 2, 4]\n---", 60),
         ] {
             let found = read(row, None, None);
             assert!(found.is_some_and(|found| found >= n), "{row}: {found:?}");
-        }
-        let n = Some(RowForm::Numbers);
-        let names = Some("S1,S2,S3");
-        let timed = Some("_,S1,S2,S3");
-        for (row, form, header) in [
-            ("1 mV/V, 2 mV/V, 4 mV/V", n, None),
-            ("Reading: 1 2 4", n, None),
-            ("a0=1 a1=2 a2=4", n, None),
-            ("<1|2|4>", n, None),
-            ("a0=1 a1=2 a2=4", Some(RowForm::Table), names),
-            ("counter 7 values 1;2;4.0e0", Some(RowForm::Table), timed),
-        ] {
-            assert_eq!(read(row, None, None), None, "{row}");
-            assert_eq!(read(row, form, header), Some(60), "{row}");
         }
         for row in ["can0  123   [8]  11 22 33 44 55 66 77 88", "7,1,2,4", "0,0,1,2,4,9"] {
             assert_eq!(read(row, None, None), None, "{row}");
@@ -691,7 +639,7 @@ mod tests {
         assert_eq!(table.row("30,x,2,0").unwrap_err().why, "S1 is \"x\"");
         let short = table.row("30,1").unwrap_err().why;
         assert_eq!(short, "the row has 2 cells, but the table has 4 columns");
-        assert_eq!(table.row("30,4,5,0.001"), Ok(Some(row(0.03, [4.0, 5.0], 1.0))));
+        assert_eq!(table.row("30,4,5,0.001"), Ok(row(0.03, [4.0, 5.0], 1.0)));
     }
 
     #[test]
@@ -700,11 +648,11 @@ mod tests {
         assert_eq!(table.auxiliary_names(), ["T"]);
         assert!(rows[0].auxiliary[0].is_nan());
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
-        let held = table.row("2,3,").unwrap().unwrap();
+        let held = table.row("2,3,").unwrap();
         assert_eq!(held.auxiliary, rows[1].auxiliary);
         assert_eq!([rows[1].auxiliary_ages[0], held.auxiliary_ages[0]], [(0.0, 0.0), (1.0, 0.0)]);
         table.row("3,3,213").unwrap();
-        assert_eq!(table.row("9,3,").unwrap().unwrap().auxiliary_ages[0], (6.0, 2.0));
+        assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
 
     #[test]
@@ -715,7 +663,7 @@ mod tests {
         assert_eq!(table.places(&own, &[]).unwrap().gauges, [0, 1]);
         assert!(table.places(&own[1..], &[]).is_err());
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
-        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap().unwrap();
+        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap();
         assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));
         let nested =
             r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
@@ -744,7 +692,7 @@ mod tests {
         let file = &file.recordings[0];
         let (mut table, mut rows) = begun(&lines, of(None)).unwrap().unwrap();
         let n_read = rows.len();
-        rows.extend(lines[n_read..].iter().map(|line| table.row(line).unwrap().unwrap()));
+        rows.extend(lines[n_read..].iter().map(|line| table.row(line).unwrap()));
         assert_eq!(table.gauge_names(), file.gauge_names());
         assert_eq!(table.auxiliary_names(), ["temp_degC"]);
         assert_eq!(table.axes(), file.axes());

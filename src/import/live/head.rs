@@ -5,11 +5,9 @@ use std::time::Instant;
 
 use super::{
     super::device_rows::{
-        DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
-        without_stamp,
+        DeviceRows, cells, delimiter, numbers, times_of_numbers, without_stamp,
     },
     LiveSource, LiveTable, RowForm,
-    documents::Messages,
 };
 use crate::{
     formats::{
@@ -55,10 +53,6 @@ pub struct LiveHead {
     header: Option<TableHeader>,
     /// Lines that may be rows, with their form.
     rows: Vec<(RowForm, Arrived)>,
-    /// Lines of the present message, if the rows are messages of several lines.
-    messages: Option<Messages>,
-    /// Text between the numbers of the newest line, and the number of successive lines with this text.
-    between: (String, usize),
 }
 
 /// Header of a table, and the line with the units below it.
@@ -149,8 +143,6 @@ impl Default for LiveHead {
             n_lines: 0,
             header: None,
             rows: Vec::new(),
-            messages: None,
-            between: (String::new(), 0),
         }
     }
 }
@@ -185,13 +177,6 @@ impl LiveHead {
         source: LiveSource<'_>,
     ) -> Result<Option<LiveTable>, ReadError> {
         self.n_lines += 1;
-        let line = match &mut self.messages {
-            Some(messages) => match messages.push(&line) {
-                Some(message) => message,
-                None => return Ok(None),
-            },
-            None => self.first_message(&line, source).unwrap_or(line),
-        };
         let (_, row) = without_stamp(&line);
         if let (None, Some(names)) = (&self.header, source.header) {
             let (line, names) = (names.to_owned(), names.split(',').map(str::trim));
@@ -208,14 +193,10 @@ impl LiveHead {
         if self.header.as_mut().is_some_and(|header| header.takes_units(row)) {
             return Ok(None);
         }
-        let scattered = self.scattered(row, source);
-        let form = self.form_of(scattered.as_deref().unwrap_or(row), source);
+        let form = self.form_of(row, source);
         let mut arrived = self.arrived(line, false);
         match form {
-            Some(form) => {
-                let line = scattered.unwrap_or_else(|| arrived.line.clone());
-                self.rows.push((form, Arrived { line, ..arrived }));
-            }
+            Some(form) => self.rows.push((form, arrived.clone())),
             None => arrived.line.truncate(arrived.line.floor_char_boundary(KEPT_BYTES)),
         }
         self.kept.push_back(arrived);
@@ -231,28 +212,6 @@ impl LiveHead {
         Ok(None)
     }
 
-    /// Returns the first message, if this line ends it. The lines up to here are then lines of messages.
-    fn first_message(&mut self, line: &str, source: LiveSource<'_>) -> Option<String> {
-        let lines = self.kept.iter().filter(|arrived| !arrived.is_command);
-        let lines = lines.map(|arrived| &*arrived.line);
-        let message = Messages::first(line, lines, source.gauges)?;
-        self.kept.retain(|arrived| arrived.is_command);
-        self.rows.clear();
-        self.messages = Some(Messages::new(source.gauges));
-        Some(message)
-    }
-
-    /// Returns the numbers of a row between which other text than a delimiter stands. The user must have given the form of the
-    /// rows, and several successive lines must have the same text.
-    fn scattered(&mut self, row: &str, source: LiveSource<'_>) -> Option<String> {
-        let (numbers, between) = scattered_numbers(row, source.n_values()?)?;
-        if self.between.0 != between {
-            self.between = (between, 0);
-        }
-        self.between.1 += 1;
-        (self.between.1 >= ROWS_FOR_A_FORM).then_some(numbers)
-    }
-
     /// Returns the form of a row from which the columns can be found; `None` if a line is no such row.
     fn form_of(&mut self, row: &str, source: LiveSource<'_>) -> Option<RowForm> {
         use RowForm::{Json, Numbers, Table, TimedNumbers};
@@ -265,15 +224,12 @@ impl LiveHead {
         let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
         let n_numbers = numbers(row).map_or(0, |numbers| numbers.len());
         let n_channels = source.n_channels();
-        let is_single = form == RowForm::Pairs && n_channels > 1 && single_pair(row).is_some();
-        let form = if is_single { RowForm::Teleplot } else { form };
         match source.form {
             None if header.is_some_and(|header| header.has_gauges) => None,
             None => (form == Json || n_channels > 0).then_some(form),
             Some(Table) => (form == Json).then_some(form),
             Some(Numbers) => (n_numbers >= n_channels).then_some(Numbers),
             Some(TimedNumbers) => (n_numbers > n_channels).then_some(TimedNumbers),
-            Some(RowForm::Pairs) if is_single => Some(form),
             Some(given) => (form == given).then_some(form),
         }
     }
@@ -343,10 +299,6 @@ impl LiveHead {
             Err(_) if is_early => Ok(None),
             Ok(Some(mut table)) => {
                 table.start = self.start;
-                table.messages = self.messages.take();
-                let (between, n) = std::mem::take(&mut self.between);
-                let is_scattered = n >= ROWS_FOR_A_FORM;
-                table.between = source.n_values().filter(|_| is_scattered).map(|n| (n, between));
                 table.header = self.header.take().map(|header| header.names);
                 let mut n_above = if source.whole_map().is_some() { table.n_above } else { 0 };
                 self.kept.retain(|arrived| {
@@ -398,11 +350,8 @@ fn of_device(
     let lines: Vec<&str> = rows.iter().map(|row| &*row.line).collect();
     let device = DeviceRows::new(form, header, &times, &lines, source);
     let mut trial = device.clone();
-    let table = rows.iter().filter_map(|row| trial.line(&row.line, row.secs));
-    let table: Vec<String> = table.collect();
-    if table.is_empty() && !is_all {
-        return Ok(None);
-    }
+    let table: Vec<String> =
+        rows.iter().map(|row| trial.line(&row.line, row.secs)).collect();
     let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
     let source = LiveSource { map: None, ..source };
     let table = LiveTable::begin(&table, source, n_needed)?;
