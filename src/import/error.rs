@@ -66,12 +66,8 @@ pub enum TableError {
         listed(needed)
     )]
     UnclearRows { found: String, needed: Vec<String> },
-    #[error(
-        "{what} {} (column {}) has no number in any row. Correct or delete the column",
-        shown(&column.name),
-        column.number
-    )]
-    NoNumberInColumn { what: &'static str, column: NamedColumn },
+    #[error("{column} has no number in any row. Correct or delete the column")]
+    NoNumberInColumn { column: NamedColumn },
     #[error(
         "{column} jumps, goes back or changes in {count} rows, each of which would start a new recording. This is the first. Give the column another role if its role is wrong"
     )]
@@ -113,8 +109,6 @@ pub enum ReadError {
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file must contain exactly one of the names listed under \"mounts\" in the column map ({}). Rename the file, or give a column the role mount", path.display(), listed(mounts))]
-    NoMount { path: PathBuf, mounts: Vec<String> },
     #[error("{}: estimating a weight needs the pose of the sensor and measured forces Fx, Fy and Fz, and for its centre also Mx, My and Mz. Choose their columns in a column map", path.display())]
     NothingToWeigh { path: PathBuf },
     #[error("{}: the sensor never turned, so the weight cannot be separated from the offset of the reference", path.display())]

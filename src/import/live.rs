@@ -14,7 +14,7 @@ use super::{
     device_rows::{DeviceRows, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
-    plan::{Plan, Side, TimeScale},
+    plan::{Plan, Side},
     proposal::mapped,
     rows::Rows,
     warning::Cause,
@@ -238,8 +238,7 @@ impl LiveTable {
         if rows.times.is_empty() {
             return Err(at(name, plan.line)(TableError::NoRows));
         }
-        let by_values = plan.time_scale == TimeScale::ByValues;
-        let assumed_unit = match source.step_secs.filter(|_| by_values) {
+        let assumed_unit = match source.step_secs.filter(|_| plan.per_second.is_none()) {
             Some(_) if source.time_unit.is_some() => source.time_unit,
             Some(_) if rows.times.len() < n_needed => return Ok(None),
             Some(secs) => {
@@ -248,11 +247,9 @@ impl LiveTable {
             None => None,
         };
         let by_values = || timeline::unit_by_values(&rows.times, 0.0);
+        let per_second = || assumed_unit.unwrap_or_else(by_values).per_second();
         Ok(Some(Self {
-            per_second: match plan.time_scale {
-                TimeScale::PerSecond(per_second) => per_second,
-                TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
-            },
+            per_second: plan.per_second.unwrap_or_else(per_second),
             assumed_unit,
             held: vec![Newest::NONE; plan.auxiliary.names.len()],
             plan,
@@ -278,7 +275,8 @@ impl LiveTable {
         };
         let misfit = device.misfit(line);
         let translated = device.line(line, secs);
-        self.table_row(&translated).map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
+        self.table_row(&translated)
+            .map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
     }
 
     fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {

@@ -718,7 +718,6 @@ impl<'a> Proposal<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::Use;
     use super::super::tests::plan_and_notes;
     use super::*;
     use crate::import::error::{ReadError, TableError};
@@ -726,8 +725,9 @@ mod tests {
     #[test]
     fn the_first_time_is_used_and_the_others_are_reported() {
         let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
-        let gauge = Use::Gauge { factor: 1.0 };
-        assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
+        let roles: Vec<ColumnRole> = plan.columns.iter().map(|own| own.is).collect();
+        use ColumnRole::{Gauge, Ignore, Time};
+        assert_eq!(roles, [Ignore, Time, Gauge, Ignore]);
         let several = Cause::SeveralTimes { used: "stamp".into(), others: vec!["time".into()] };
         let ignored = Cause::IgnoredColumns { names: vec!["label".into()] };
         assert_eq!(notes, [several, ignored]);

@@ -149,12 +149,11 @@ impl Question {
                     let (axis, unit) = load.usual_load();
                     format!("{}={} {}", load.key(columns), axis.symbol(), unit.unwrap_or("N"))
                 };
-                vec![load.map_or_else(|| "COLUMN=Fz N".to_owned(), answer)]
+                Vec::from_iter(load.map(answer))
             }
             About::Gauges => {
                 let gauge = asked.min_by_key(|own| own.is_other_quantity());
-                let key = gauge.map_or_else(|| "COLUMN".to_owned(), |own| own.key(columns));
-                vec![format!("{key}=gauge")]
+                Vec::from_iter(gauge.map(|own| format!("{}=gauge", own.key(columns))))
             }
             About::LoadUnit => {
                 let answer = |own: &ColumnReport| {
@@ -183,9 +182,15 @@ impl Question {
             About::LoadAxis => {
                 format!("Which of these columns is the reference load, and on which axis: {names}?")
             }
-            About::Gauges => "There is no gauge. Which columns are the gauges?".to_owned(),
-            About::Load if self.columns.is_empty() => {
-                "There is no reference load. Which column is it?".to_owned()
+            About::Gauges | About::Load if self.columns.is_empty() => {
+                let is_load = self.about == About::Load;
+                let what = if is_load { "reference load" } else { "gauge" };
+                format!("There is no {what}, and no other column of numbers can be one.")
+            }
+            About::Gauges => {
+                format!(
+                    "There is no gauge. Which columns are the gauges? They may be among {names}."
+                )
             }
             About::Load => {
                 format!("Which column is the reference load? It may be one of these: {names}.")
@@ -197,7 +202,8 @@ impl Question {
     }
 }
 
-/// Returns the text for `--columns` that answers these questions; `None` if none of them is about a load.
+/// Returns the text for `--columns` that answers these questions; `None` if none of them is about a load, or no column can
+/// answer it.
 pub fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option<String> {
     let all: Vec<String> = questions.iter().flat_map(|own| own.answer(columns)).collect();
     (!all.is_empty()).then(|| all.join(", "))

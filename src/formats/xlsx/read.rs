@@ -293,12 +293,16 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
             let unit = cell_text(units, column);
             let unit = unit.trim_matches(['[', ']', '(', ')']);
             let mut values = vec![f64::NAN; samples.len()];
+            let mut texts = Vec::new();
             for (at, value) in cells {
-                let value = if is_time { time(value) } else { number(value) };
-                values[at] = value.unwrap_or(f64::NAN);
+                match if is_time { time(value) } else { number(value) } {
+                    Some(number) => values[at] = number,
+                    None => texts.push((at, text(value).into_owned())),
+                }
             }
-            let unit = if is_time { "s" } else { unit };
-            table.columns.push(Column { name, unit: unit.to_owned(), values, ..Column::default() });
+            let unit = if is_time { "s" } else { unit }.to_owned();
+            let texts = Some(texts);
+            table.columns.push(Column { name, unit, values, texts, ..Column::default() });
         }
     }
     Ok((!table.columns.is_empty()).then_some(table))

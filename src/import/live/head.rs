@@ -4,9 +4,7 @@ use std::collections::VecDeque;
 use std::time::Instant;
 
 use super::{
-    super::device_rows::{
-        DeviceRows, cells, delimiter, numbers, times_of_numbers, without_stamp,
-    },
+    super::device_rows::{DeviceRows, cells, delimiter, numbers, times_of_numbers, without_stamp},
     LiveSource, LiveTable, RowForm,
 };
 use crate::{
@@ -350,8 +348,7 @@ fn of_device(
     let lines: Vec<&str> = rows.iter().map(|row| &*row.line).collect();
     let device = DeviceRows::new(form, header, &times, &lines, source);
     let mut trial = device.clone();
-    let table: Vec<String> =
-        rows.iter().map(|row| trial.line(&row.line, row.secs)).collect();
+    let table: Vec<String> = rows.iter().map(|row| trial.line(&row.line, row.secs)).collect();
     let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
     let source = LiveSource { map: None, ..source };
     let table = LiveTable::begin(&table, source, n_needed)?;
