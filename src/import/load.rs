@@ -138,7 +138,6 @@ impl<'a> Reading<'a> {
         for note in about.into_iter().chain(std::mem::take(&mut mapped.notes)) {
             gauges.rows.findings.note(gauges.plan.line, note);
         }
-        gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
         let mut reference = self.reference(path, map)?;
         if let Some(own) = &mut reference {
             own.rows.count_from(gauges.rows.zero_secs);
@@ -256,6 +255,7 @@ impl Sides {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
             of_reference = reference.rows.findings.into_findings(&reference.path);
         }
+        gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
         let (recordings, findings) = if is_static {
             assemble::without_times(gauges)?
         } else {

@@ -197,9 +197,12 @@ fn estimate(
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     let is_turned_twice = twice > MIN_TURNING_TWICE * scale * scale;
-    let rms = |measured: &[[f64; 3]], expected: &dyn Fn([f64; 3]) -> [f64; 3]| {
+    let rms = |pulls: &[[f64; 3]],
+               measured: &[[f64; 3]],
+               offset: [f64; 3],
+               load: &dyn Fn([f64; 3]) -> [f64; 3]| {
         let squares = pulls.iter().zip(measured).map(|(pull, measured)| {
-            let left = difference(measured, &expected(*pull));
+            let left = difference(&difference(measured, &load(*pull)), &offset);
             dot(&left, &left)
         });
         (squares.sum::<f64>() / (3.0 * n)).sqrt()
@@ -210,10 +213,7 @@ fn estimate(
         let mass_kg = along / trace;
         let turned = |pull: [f64; 3]| turn.map(|row| dot(&row, &pull));
         let offset = difference(&force_mean, &turned(pull_mean).map(|pull| mass_kg * pull));
-        let left = rms(forces, &|pull| {
-            let pull = turned(pull);
-            std::array::from_fn(|i| mass_kg * pull[i] + offset[i])
-        });
+        let left = rms(pulls, forces, offset, &|pull| turned(pull).map(|pull| mass_kg * pull));
         (mass_kg, offset, left)
     };
     const UPRIGHT: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -267,12 +267,8 @@ fn estimate(
         });
         let first_moment = solve(&matrix, right);
         let offset = difference(&moment_mean, &cross(first_moment, pull_mean));
-        let squares = pulls.iter().zip(moments).map(|(pull, measured)| {
-            let own = cross(first_moment, *pull);
-            let left = difference(measured, &std::array::from_fn(|i| own[i] + offset[i]));
-            dot(&left, &left)
-        });
-        estimate.moment_rms = Some((squares.sum::<f64>() / (3.0 * n)).sqrt());
+        let moment = |pull| cross(first_moment, pull);
+        estimate.moment_rms = Some(rms(&pulls, moments, offset, &moment));
         estimate.centre_m = Some(first_moment.map(|x| x / mass_kg));
         estimate.moment_offset = Some(offset);
     }

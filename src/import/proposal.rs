@@ -469,7 +469,7 @@ impl<'a> Proposal<'a> {
                     let why = if has_unit { Reason::Unit } else { Reason::Name };
                     self.give(index, ColumnRole::Load(axis), why);
                 }
-                _ => self.open(About::LoadAxis, of.into_iter().map(|index| index + 1).collect()),
+                _ => self.open(About::Load, of.into_iter().map(|index| index + 1).collect()),
             }
         }
     }
@@ -579,7 +579,7 @@ impl<'a> Proposal<'a> {
         let by_values = numbers(&mut gauges.filter(|own| own.why == Reason::Moves));
         let clocks = self.with_role(|role| role == ColumnRole::Channel);
         let clocks = numbers(&mut clocks.filter(|own| own.runs_like_clock && own.is_even));
-        let is_asked = self.questions.iter().any(|own| own.about == About::LoadAxis);
+        let is_asked = self.questions.iter().any(|own| own.about == About::Load);
         if !doubtful.is_empty() {
             self.open(About::LoadUnit, doubtful);
         }

@@ -174,7 +174,10 @@ impl Rows {
 
     /// Keeps only the rows with these indices, in this order.
     pub fn arrange(&mut self, order: &[usize]) {
-        self.keep_lines_of(order.iter().copied());
+        let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
+        for (new, old) in order.iter().enumerate() {
+            self.place_row(new, before.line_of(*old), before.group_of(*old));
+        }
         for (width, values) in self.lists() {
             let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
             *values = rows.copied().collect();
@@ -405,22 +408,6 @@ impl Rows {
     pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.times.len()).filter(|row| is_kept(*row)).collect();
         self.arrange(&kept);
-    }
-
-    /// Keeps only the line numbers and groups of the rows with these indices, in this order. The caller does the same with
-    /// the numbers.
-    pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
-        let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
-        let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
-        let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();
-        for (new, old) in rows.enumerate() {
-            self.place_row(new, before.line_of(old), before.group_of(old));
-            let ends = ends.iter_mut().filter(|(end, _)| old < *end);
-            ends.for_each(|(_, kept)| *kept = new + 1);
-        }
-        for (held, ends) in self.held.iter_mut().zip(ends.chunks_exact(2)) {
-            held.rows = ends[0].1..ends[1].1;
-        }
     }
 }
 
