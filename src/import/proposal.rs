@@ -251,7 +251,8 @@ impl<'a> Proposal<'a> {
         let start = chosen - chosen.saturating_sub(first) % width;
         self.read = start.max(first)..start.max(first) + width;
         let n_tables = (names.len() - first) / width;
-        self.columns.iter_mut().for_each(|own| own.why = Reason::Shown);
+        // The tables need not be equally long.
+        self.columns.iter_mut().for_each(|own| (own.why, own.is_filled) = (Reason::Shown, true));
         self.notes.push(Cause::SideBySide {
             n_tables,
             first: self.read.start + 1,
@@ -266,39 +267,34 @@ impl<'a> Proposal<'a> {
         const REFERENCES: [&str; 7] =
             ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
         // A repeated name without a path belongs to another device, such as the second of two plates.
-        let mut sources: Vec<(&str, Vec<Axis>, Vec<usize>)> = Vec::new();
+        let mut sources: Vec<(&str, Vec<(Axis, usize)>)> = Vec::new();
         for (index, column) in self.columns.iter().enumerate() {
             let Some(Kind::Load(axis)) = column.named.kind else { continue };
             if !self.read.contains(&index) {
                 continue;
             }
             let source = column.named.source.as_str();
-            let is_open = |(own, axes, _): &&mut (&str, Vec<Axis>, Vec<usize>)| {
-                *own == source && !axes.contains(&axis)
+            let is_open = |(own, loads): &&mut (&str, Vec<(Axis, usize)>)| {
+                *own == source && loads.iter().all(|(other, _)| *other != axis)
             };
             match sources.iter_mut().find(is_open) {
-                Some((_, axes, indices)) => {
-                    axes.push(axis);
-                    indices.push(index);
-                }
-                None => sources.push((source, vec![axis], vec![index])),
+                Some((_, loads)) => loads.push((axis, index)),
+                None => sources.push((source, vec![(axis, index)])),
             }
         }
-        let n_with =
-            |axis: &Axis| sources.iter().filter(|(_, axes, _)| axes.contains(axis)).count();
-        if Axis::ALL.iter().all(|axis| n_with(axis) <= 1) {
+        let all = || sources.iter().flat_map(|(_, loads)| loads);
+        if Axis::ALL.iter().all(|axis| all().filter(|(own, _)| own == axis).count() <= 1) {
             return;
         }
         let is_called_so =
             |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
-        let rank =
-            |(source, axes, _): &&(&str, Vec<Axis>, Vec<usize>)| (is_called_so(source), axes.len());
         // The order is reversed, because `max_by_key` returns the last of equal elements, and the first is wanted.
-        let used = sources.iter().rev().max_by_key(rank);
-        let used = used.map_or_else(Vec::new, |(.., indices)| indices.clone());
-        let mut others: Vec<usize> =
-            sources.into_iter().flat_map(|(.., indices)| indices).collect();
-        others.retain(|index| !used.contains(index));
+        let used = sources.iter().rev();
+        let used = used.max_by_key(|(source, loads)| (is_called_so(source), loads.len()));
+        let used = used.map_or(&[][..], |(_, loads)| loads);
+        let (used, mut others): (Vec<usize>, Vec<usize>) = all()
+            .map(|(_, index)| *index)
+            .partition(|index| used.iter().any(|(_, own)| own == index));
         others.sort_unstable();
         let names =
             |of: &[usize]| of.iter().map(|index| self.columns[*index].named.name.clone()).collect();
