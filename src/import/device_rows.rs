@@ -1,15 +1,14 @@
-//! Converts the rows that a measuring device prints into JSON lines with a time. The known forms of rows are plain
-//! numbers, `name:value` pairs, and JSON without a time.
+//! Rows as measuring devices print them. The known forms are plain numbers, `name:value` pairs, and JSON without a time.
 //!
-//! Guarantees: each complete row of a device becomes one JSON line, in the order of arrival. Times that are computed
-//! from the sample rate or taken from this computer's clock always increase. A number keeps its value.
+//! Guarantees: times that are computed from the sample rate or taken from this computer's clock always increase. A number
+//! keeps its value.
 
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::map::{ColumnMap, Rest};
 use crate::{
-    formats::text::{Delimiter, TextLayout, cells::Cells, stamped},
+    formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
     import::timeline,
     recording::{gap::median_step, units::TimeUnit},
 };
@@ -17,8 +16,6 @@ use crate::{
 /// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// Name of the time that is added to rows without a time.
-const SECONDS: &str = "time [s]";
 /// Names of the time in rows of plain numbers, in one column or in two.
 const TIME: [&str; 1] = ["time"];
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
@@ -174,123 +171,63 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
     (!joined.is_empty()).then_some(joined)
 }
 
-/// Converter of the rows that a device prints to JSON lines with a time.
-#[derive(Clone, Debug)]
-pub struct DeviceRows {
-    pub form: RowForm,
-    pub clock: String,
-    rate_hz: Option<f64>,
-    layout: TextLayout,
-    /// Names of the cells of a row. Empty if the rows themselves hold the names.
-    names: Vec<String>,
-    n_rows: f64,
-    last_secs: f64,
-    /// True if a row of plain numbers may have further cells, which are ignored.
-    may_have_more: bool,
+/// Returns a line of pairs as a JSON line; an empty one for any other line.
+pub fn pairs_as_json(line: &str) -> String {
+    let text = |text: &str| serde_json::Value::from(text).to_string();
+    let member = |(name, value)| format!("{}:{}", text(name), text(value));
+    let members: Vec<String> = pairs(line).into_iter().flatten().map(member).collect();
+    format!("{{{}}}", members.join(","))
 }
 
-impl DeviceRows {
-    /// Creates the converter from the first rows of the source. `header` holds the names and the delimiter of a table.
-    /// `times` are the columns of the time in rows of plain numbers: none, one column, or two with seconds and nanoseconds.
-    pub fn new(
-        form: RowForm,
-        header: Option<(Vec<String>, Delimiter)>,
-        times: &Range<usize>,
-        rows: &[&str],
-        source: LiveSource<'_>,
-    ) -> Self {
-        let rows: Vec<(Option<&str>, &str)> = rows.iter().map(|line| without_stamp(line)).collect();
-        let has_clock = rows.iter().any(|(stamp, _)| stamp.is_some());
-        let of_rows = || rows.iter().find_map(|(_, row)| delimiter(row)).unwrap_or_default();
-        let (mut names, delimiter) = header.unwrap_or_else(|| (Vec::new(), of_rows()));
-        if form.is_numbers() {
-            names = source.channels().cloned().collect();
-            let of_time = if times.len() == 2 { &STAMP[..] } else { &TIME[..times.len()] };
-            let start = times.start.min(names.len());
-            names.splice(start..start, of_time.iter().map(|name| (*name).to_owned()));
-        }
-        Self {
-            form,
-            clock: match (has_clock, source.rate_hz) {
-                _ if !times.is_empty() => format!("column {} of the rows", times.start + 1),
-                (true, _) => "the device".to_owned(),
-                (false, Some(_)) => "the given rate".to_owned(),
-                (false, None) => "the clock of this computer".to_owned(),
-            },
-            rate_hz: source.rate_hz,
-            layout: TextLayout { delimiter, ..TextLayout::default() },
-            names,
-            n_rows: 0.0,
-            last_secs: f64::NEG_INFINITY,
-            may_have_more: source.form.is_some(),
-        }
+/// Returns rows of plain numbers as a table with a header. `times` are the columns of the time: none, one column, or two with
+/// seconds and nanoseconds. All other columns are the channels of the calibration.
+pub fn table_of_numbers(
+    rows: &[&str],
+    times: &Range<usize>,
+    source: LiveSource<'_>,
+) -> Vec<String> {
+    let mut names: Vec<&str> = source.channels().map(String::as_str).collect();
+    let of_time = if times.len() == 2 { &STAMP[..] } else { &TIME[..times.len()] };
+    names.splice(times.start..times.start, of_time.iter().copied());
+    let delimiter = rows.iter().find_map(|row| delimiter(row)).unwrap_or_default();
+    let between = char::from(delimiter.byte()).to_string();
+    let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    let row = |row: &&str| {
+        let cells = cells(row, delimiter).take(names.len()).map(String::from_utf8_lossy);
+        cells.collect::<Vec<_>>().join(&between)
+    };
+    [quoted.join(&between)].into_iter().chain(rows.iter().map(row)).collect()
+}
+
+/// Clock of rows without a time.
+#[derive(Clone, Debug)]
+pub struct RowClock {
+    /// Sample rate (Hz). `None` for the clock of this computer.
+    pub rate_hz: Option<f64>,
+    n_rows: f64,
+    last_secs: f64,
+}
+
+impl RowClock {
+    pub fn new(rate_hz: Option<f64>) -> Self {
+        Self { rate_hz, n_rows: 0.0, last_secs: f64::NEG_INFINITY }
     }
 
-    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
-    /// had, or a cell without a number. No load can be computed from such a line.
-    pub fn misfit(&self, line: &str) -> Option<String> {
-        if !self.form.is_numbers() {
-            return None;
-        }
-        let needed = self.names.len();
-        let (_, row) = without_stamp(line);
-        let n = cells(row, self.layout.delimiter).filter(|cell| !cell.is_empty()).count();
-        if n < needed {
-            let what = "values that the calibration needs";
-            return Some(format!("the line has {n} of the {needed} {what}"));
-        }
-        if n > needed && !self.may_have_more {
-            return Some(format!("the line has {n} values, but the first rows had {needed}"));
-        }
-        let mut named = cells(row, self.layout.delimiter).zip(&self.names);
-        let (cell, name) = named.find(|(cell, _)| self.layout.number(cell).is_none())?;
-        Some(format!("{name} is {:?}", String::from_utf8_lossy(cell)))
-    }
-
-    /// Converts a line that arrived at this time (s) to a JSON line.
-    pub fn line(&mut self, line: &str, arrived_secs: f64) -> String {
-        let (stamp, row) = without_stamp(line);
-        let texts = self.texts(line, row);
-        let is_timed = self.form == RowForm::TimedNumbers;
-        let time = (!is_timed).then(|| self.time(stamp, arrived_secs));
-        // Lines before the first row take no time.
-        let is_empty = !self.names.is_empty() && texts.iter().all(String::is_empty);
-        if is_empty && self.n_rows == 1.0 {
-            self.n_rows = 0.0;
-        }
-        let time = time.iter().map(|time| (SECONDS, &**time));
-        if self.form == RowForm::Json
-            && let Some(rest) = row.trim_start().strip_prefix('{')
-        {
-            return format!("{},{rest}", object(time).trim_end_matches('}'));
-        }
-        let of_cells = self.names.iter().zip(&texts).map(|(name, text)| (&**name, &**text));
-        let of_pairs = pairs(row).filter(|_| self.form == RowForm::Pairs).into_iter().flatten();
-        object(time.chain(of_cells).chain(of_pairs))
-    }
-
-    /// Returns the cells of a row, with numbers as JSON writes them; none if a row of plain numbers does not fit.
-    fn texts(&self, line: &str, row: &str) -> Vec<String> {
-        if self.names.is_empty() || self.misfit(line).is_some() {
-            return Vec::new();
-        }
-        let text = |cell: &[u8]| match self.layout.number(cell) {
-            Some((number, _)) => number.to_string(),
-            None => String::from_utf8_lossy(cell).into_owned(),
-        };
-        cells(row, self.layout.delimiter).map(text).collect()
-    }
-
-    /// Returns the time of the next row: the time stamp of the line if there is one, else the row number divided by the
-    /// sample rate, else the time of arrival. Rows that arrived at the same time are 1 µs apart.
-    fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
+    /// Returns the time of the next row (s): the time stamp of the line if there is one, else the row number divided by the
+    /// sample rate, else the time of arrival. Rows that arrived at the same time are 1 µs apart. Lines before the first row take
+    /// no time.
+    pub fn time(&mut self, stamp: Option<&str>, arrived_secs: f64, is_row: bool) -> f64 {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,
             None => arrived_secs.max(self.last_secs + LEAST_STEP_SECS),
         };
-        self.n_rows += 1.0;
+        self.n_rows += f64::from(is_row || self.n_rows > 0.0);
         self.last_secs = secs;
-        stamp.map_or_else(|| format!("{secs:.6}"), str::to_owned)
+        let of_stamp = |stamp: &str| {
+            let form = TimeForm::of_all([stamp.as_bytes()].into_iter());
+            form.map_or_else(|| stamp.trim().parse().ok(), |form| form.secs(stamp.as_bytes()))
+        };
+        stamp.and_then(of_stamp).unwrap_or(secs)
     }
 }
 
@@ -347,11 +284,4 @@ fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<Ti
         && longest - shortest <= 1
         && (is_very_near || !is_counter || given.is_some());
     is_clock.then_some(unit)
-}
-
-/// Returns a JSON line with these values. All values are written as texts.
-fn object<'a>(values: impl Iterator<Item = (&'a str, &'a str)>) -> String {
-    let text = |text: &str| serde_json::Value::from(text).to_string();
-    let members = values.map(|(name, value)| format!("{}:{}", text(name), text(value)));
-    format!("{{{}}}", members.collect::<Vec<_>>().join(","))
 }

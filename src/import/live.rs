@@ -7,11 +7,12 @@
 mod growing;
 mod head;
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{DeviceRows, without_stamp},
+    device_rows::{RowClock, cells, pairs_as_json, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side},
@@ -22,7 +23,7 @@ use super::{
 use crate::{
     formats::{
         LineKeys, Opened, Part,
-        text::{Head, TextLayout},
+        text::{Decimal, Head, TextLayout},
     },
     import::{
         error::{ReadError, TableError},
@@ -93,8 +94,13 @@ pub struct LiveTable {
     keys: Option<LineKeys>,
     n_rows: f64,
     held: Vec<Newest>,
-    /// Converter of the rows that a device prints. `None` for a table with its own times.
-    device: Option<DeviceRows>,
+    form: RowForm,
+    /// Clock of rows without a time.
+    clock: RowClock,
+    /// Description of the source of the times, if this is no table with its own times.
+    times_from: Option<String>,
+    /// True if rows of plain numbers may have further cells, which are ignored.
+    may_have_more: bool,
     /// Moment from which times of arrival are counted.
     start: Instant,
     /// Names in the header; `None` without one.
@@ -175,12 +181,12 @@ impl LiveTable {
     /// Returns a description of the rows that a device prints: their form, and where their times come from. `None` for a
     /// table with its own times.
     pub fn device(&self) -> Option<String> {
-        let device = self.device.as_ref()?;
-        let rows = match device.form {
+        let times_from = self.times_from.as_ref()?;
+        let rows = match self.form {
             RowForm::Table => "a table without a time",
             form => form.words(),
         };
-        Some(format!("the rows of the device are {rows}; the times come from {}", device.clock))
+        Some(format!("the rows of the device are {rows}; the times come from {times_from}"))
     }
 
     /// Returns the names in a line that is the header of a table with every gauge, if they differ from the present names. An
@@ -196,6 +202,7 @@ impl LiveTable {
     /// the unit of time must be derived from the time step, and there are fewer than `n_needed` rows.
     fn begin(
         lines: &[String],
+        form: RowForm,
         source: LiveSource<'_>,
         n_needed: usize,
     ) -> Result<Option<Self>, ReadError> {
@@ -213,7 +220,10 @@ impl LiveTable {
             Some(map) => map.table.text.clone(),
             None => {
                 let text = opened.layout().ok_or_else(no_header)?;
-                TextLayout { header: true, skip_rows: 0, ..text }
+                // Numbers with a decimal comma are read with either decimal mark.
+                let is_open = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
+                let decimal = if is_open { Decimal::Point } else { text.decimal };
+                TextLayout { header: true, skip_rows: 0, decimal, ..text }
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
@@ -225,14 +235,8 @@ impl LiveTable {
         // another time.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
         let plan = plan.map_err(at(name, head.line))?;
-        let missing = |fault: fn(Vec<String>) -> TableError| {
-            Err(at(name, head.line)(fault(head.names.clone())))
-        };
-        if plan.is_static {
-            return missing(TableError::no_time);
-        }
         if plan.gauges.names.is_empty() {
-            return missing(TableError::no_gauges);
+            return Err(at(name, head.line)(TableError::no_gauges(head.names.clone())));
         }
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
@@ -255,7 +259,10 @@ impl LiveTable {
             plan,
             keys,
             n_rows: 0.0,
-            device: None,
+            form,
+            clock: RowClock::new(source.rate_hz),
+            times_from: None,
+            may_have_more: source.form.is_some(),
             start: Instant::now(),
             header: None,
             n_above: head.n_lines as usize,
@@ -269,17 +276,44 @@ impl LiveTable {
 
     /// Reads one line that arrived at this time (s).
     pub fn row_at(&mut self, line: &str, secs: f64) -> Result<LiveRow, Rejected> {
-        let Some(device) = &mut self.device else {
-            let line = if self.keys.is_some() { line } else { without_stamp(line).1 };
-            return self.table_row(line);
+        // The texts in a JSON line with its own times are left as they are.
+        let (stamp, row) = match self.keys {
+            Some(_) if !self.plan.is_static => (None, line),
+            _ => without_stamp(line),
         };
-        let misfit = device.misfit(line);
-        let translated = device.line(line, secs);
-        self.table_row(&translated)
-            .map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
+        if let Some(why) = self.misfit(row) {
+            let time = self.plan.is_static.then(|| self.clock.time(stamp, secs, false));
+            return Err(Rejected { time, why });
+        }
+        if self.form == RowForm::Pairs {
+            return self.table_row(&pairs_as_json(row), stamp, secs);
+        }
+        self.table_row(row, stamp, secs)
     }
 
-    fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
+    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
+    /// had. No load can be computed from such a line.
+    fn misfit(&self, row: &str) -> Option<String> {
+        let needed = self.plan.columns.len();
+        let n = cells(row, self.plan.text.delimiter).filter(|cell| !cell.is_empty()).count();
+        match n.cmp(&needed) {
+            _ if !self.form.is_numbers() => None,
+            Ordering::Less => {
+                Some(format!("the line has {n} of the {needed} values that the calibration needs"))
+            }
+            Ordering::Greater if !self.may_have_more => {
+                Some(format!("the line has {n} values, but the first rows had {needed}"))
+            }
+            _ => None,
+        }
+    }
+
+    fn table_row(
+        &mut self,
+        line: &str,
+        stamp: Option<&str>,
+        arrived_secs: f64,
+    ) -> Result<LiveRow, Rejected> {
         let columns;
         let part = match &self.keys {
             Some(keys) => {
@@ -293,11 +327,16 @@ impl LiveTable {
         };
         let rows = Rows::parse(part.clone(), &self.plan);
         let of_row = rows.times.first().copied();
-        let time = of_row.or_else(|| Rows::time_of_first(part, &self.plan, 0.0));
-        let is_counted = self.plan.time_column.is_none();
-        let time = time.map(|time| if is_counted { self.n_rows } else { time } / self.per_second);
-        // If the row number gives the time, a row that cannot be used is counted, too.
-        self.n_rows += f64::from(time.is_some());
+        let time = if self.plan.is_static {
+            Some(self.clock.time(stamp, arrived_secs, of_row.is_some()))
+        } else {
+            let time = of_row.or_else(|| Rows::time_of_first(part, &self.plan, 0.0));
+            let is_counted = self.plan.time_column.is_none();
+            let time = time.map(|time| if is_counted { self.n_rows } else { time });
+            // If the row number gives the time, a row that cannot be used is counted, too.
+            self.n_rows += f64::from(time.is_some());
+            time.map(|time| time / self.per_second)
+        };
         let (Some(_), Some(secs)) = (of_row, time) else {
             let why = match rows.findings.most_skipped() {
                 Some((Cause::Cell { column, value, .. }, _)) => {
