@@ -75,21 +75,15 @@ pub enum TableError {
 }
 
 impl TableError {
-    const TIME: &str = "time column";
-
     pub fn no_time(names: Vec<String>) -> Self {
         let advice = "Name one t or time, with its unit, e.g. t_ms";
-        Self::Lacks { what: Self::TIME, advice, names }
+        Self::Lacks { what: "time column", advice, names }
     }
 
     pub fn no_gauges(names: Vec<String>) -> Self {
         let advice =
             "Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised)";
         Self::Lacks { what: "gauge column", advice, names }
-    }
-
-    pub fn is_about_time(&self) -> bool {
-        matches!(self, Self::Lacks { what: Self::TIME, .. })
     }
 }
 
