@@ -252,7 +252,9 @@ impl<'a> Proposal<'a> {
         self.read = start.max(first)..start.max(first) + width;
         let n_tables = (names.len() - first) / width;
         // The tables need not be equally long.
-        self.columns.iter_mut().for_each(|own| (own.why, own.is_filled) = (Reason::Shown, true));
+        self.columns
+            .iter_mut()
+            .for_each(|column| (column.why, column.is_filled) = (Reason::Shown, true));
         self.notes.push(Cause::SideBySide {
             n_tables,
             first: self.read.start + 1,
@@ -274,8 +276,8 @@ impl<'a> Proposal<'a> {
                 continue;
             }
             let source = column.named.source.as_str();
-            let is_open = |(own, loads): &&mut (&str, Vec<(Axis, usize)>)| {
-                *own == source && loads.iter().all(|(other, _)| *other != axis)
+            let is_open = |(other, loads): &&mut (&str, Vec<(Axis, usize)>)| {
+                *other == source && loads.iter().all(|(other, _)| *other != axis)
             };
             match sources.iter_mut().find(is_open) {
                 Some((_, loads)) => loads.push((axis, index)),
@@ -283,7 +285,7 @@ impl<'a> Proposal<'a> {
             }
         }
         let all = || sources.iter().flat_map(|(_, loads)| loads);
-        if Axis::ALL.iter().all(|axis| all().filter(|(own, _)| own == axis).count() <= 1) {
+        if Axis::ALL.iter().all(|axis| all().filter(|(other, _)| other == axis).count() <= 1) {
             return;
         }
         let is_called_so =
@@ -294,7 +296,7 @@ impl<'a> Proposal<'a> {
         let used = used.map_or(&[][..], |(_, loads)| loads);
         let (used, mut others): (Vec<usize>, Vec<usize>) = all()
             .map(|(_, index)| *index)
-            .partition(|index| used.iter().any(|(_, own)| own == index));
+            .partition(|index| used.iter().any(|(_, other)| other == index));
         others.sort_unstable();
         let names =
             |of: &[usize]| of.iter().map(|index| self.columns[*index].named.name.clone()).collect();
@@ -575,7 +577,7 @@ impl<'a> Proposal<'a> {
         let by_values = numbers(&mut gauges.filter(|own| own.why == Reason::Moves));
         let clocks = self.with_role(|role| role == ColumnRole::Channel);
         let clocks = numbers(&mut clocks.filter(|own| own.runs_like_clock && own.is_even));
-        let is_asked = self.questions.iter().any(|own| own.about == About::Load);
+        let is_asked = self.questions.iter().any(|question| question.about == About::Load);
         if !doubtful.is_empty() {
             self.open(About::LoadUnit, doubtful);
         }

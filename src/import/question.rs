@@ -151,7 +151,7 @@ impl Question {
             }
             About::Gauges => {
                 let gauge = asked.min_by_key(|own| own.is_other_quantity());
-                Vec::from_iter(gauge.map(|own| format!("{}=gauge", own.key(columns))))
+                Vec::from_iter(gauge.map(|gauge| format!("{}=gauge", gauge.key(columns))))
             }
             About::LoadUnit => {
                 let answer = |own: &ColumnReport| {

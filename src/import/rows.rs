@@ -152,10 +152,10 @@ impl Rows {
     /// Returns the time of a row, in the unit of the file. `None` if its cells give no time.
     pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
         let cells = cells.zip(&plan.columns).enumerate();
-        let own = cells.filter(|(_, (_, column))| column.is_time());
-        let mut own = own.map(|(at, (cell, _))| Some(value_of(cell, at, plan).ok()?.0));
-        let first = own.next()??;
-        Some(first + own.sum::<Option<f64>>()?)
+        let times = cells.filter(|(_, (_, column))| column.is_time());
+        let mut times = times.map(|(at, (cell, _))| Some(value_of(cell, at, plan).ok()?.0));
+        let first = times.next()??;
+        Some(first + times.sum::<Option<f64>>()?)
     }
 
     /// Returns the lists of times, gauges, auxiliary values, loads, channels and poses, each with its number of values per row.

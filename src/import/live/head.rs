@@ -282,7 +282,7 @@ impl LiveHead {
         let of_rows = LiveSource { map, ..source };
         let table = match LiveTable::begin(&lines, form, of_rows, n_needed) {
             Ok(Some(table)) if table.plan.is_static && !may_lack_time => {
-                let names = table.plan.columns.into_iter().map(|own| own.name);
+                let names = table.plan.columns.into_iter().map(|column| column.name);
                 Err(at(source.path, table.plan.line)(TableError::no_time(names.collect())))
             }
             table => table,
@@ -328,7 +328,7 @@ fn numbers_of(
     let of = |row: &&str| numbers(row).unwrap_or_default();
     let n_rows = rows.len();
     let lengths: Vec<usize> = rows.iter().map(|row| of(row).len()).collect();
-    let count = |n| lengths.iter().filter(|own| **own == n).count();
+    let count = |n| lengths.iter().filter(|length| **length == n).count();
     let n = lengths.iter().copied().max_by_key(|n| count(*n)).unwrap_or(0);
     rows.retain(|row| of(row).len() == n);
     let is_most = 2 * rows.len() > n_rows;

@@ -126,7 +126,7 @@ impl<'a> Listed<'a> {
 }
 
 fn with_role<'a, 'b>(listed: &'b [Listed<'a>], role: ColumnRole) -> Option<&'b Listed<'a>> {
-    listed.iter().find(|own| own.rule.is == role)
+    listed.iter().find(|column| column.rule.is == role)
 }
 
 impl Plan {
@@ -148,7 +148,7 @@ impl Plan {
             ("gauges", ColumnRole::Gauge, GAUGE_LIMIT),
             ("auxiliary channels", ColumnRole::Auxiliary, AUXILIARY_LIMIT),
         ] {
-            let count = listed.iter().filter(|own| own.rule.is == role).count();
+            let count = listed.iter().filter(|column| column.rule.is == role).count();
             if count > limit {
                 return Err(TableError::TooMany { what, count, limit, names: names() });
             }
@@ -186,8 +186,8 @@ impl Plan {
         if plan.is_static && side != Side::Both {
             return Err(TableError::no_time(names()));
         }
-        for own in &listed {
-            plan.take(own, head)?;
+        for column in &listed {
+            plan.take(column, head)?;
         }
         if side == Side::Gauges && plan.gauges.names.is_empty() {
             return Err(TableError::no_gauges(names()));
@@ -196,8 +196,9 @@ impl Plan {
             let (what, advice) = ("reference load", "Name the load columns Fx, Fy and so on");
             return Err(TableError::Lacks { what, advice, names: names() });
         }
-        let is_read =
-            |own: &PlannedColumn| own.is_number() && !own.is_time() && own.is != ColumnRole::Ignore;
+        let is_read = |column: &PlannedColumn| {
+            column.is_number() && !column.is_time() && column.is != ColumnRole::Ignore
+        };
         if !plan.columns.iter().any(is_read) {
             return Err(TableError::NoNumbers { names: names() });
         }
@@ -205,44 +206,46 @@ impl Plan {
     }
 
     /// Sets the use of one column that is no time, and adds its channel.
-    fn take(&mut self, own: &Listed<'_>, head: &Head) -> Result<(), TableError> {
-        let column = &mut self.columns[own.index];
-        let is = own.rule.is;
-        let unit = own.unit.clone().unwrap_or_default();
+    fn take(&mut self, listed: &Listed<'_>, head: &Head) -> Result<(), TableError> {
+        let column = &mut self.columns[listed.index];
+        let is = listed.rule.is;
+        let unit = listed.unit.clone().unwrap_or_default();
         let mut name = None;
         match is {
             ColumnRole::Gauge => {
-                self.gauges.add(own.channel("S", &self.gauges), unit);
+                self.gauges.add(listed.channel("S", &self.gauges), unit);
                 name = self.gauges.names.last().cloned();
             }
             ColumnRole::Auxiliary => {
                 let (unit, factor, shift) = units::auxiliary_unit(&unit);
-                self.auxiliary.add(own.channel("aux", &self.auxiliary), unit);
+                self.auxiliary.add(listed.channel("aux", &self.auxiliary), unit);
                 (column.factor, column.shift) = (factor, shift);
             }
             ColumnRole::Channel if self.others.names.len() < CHANNEL_LIMIT => {
-                self.others.add(own.channel("channel ", &self.others), unit);
+                self.others.add(listed.channel("channel ", &self.others), unit);
             }
             ColumnRole::Load(axis) => {
                 column.slot = self.axes.iter().take_while(|other| **other != axis).count();
             }
             ColumnRole::Pose(part) => {
                 let parts = self.attitude.map_or(&[][..], Attitude::parts);
-                let Some(slot) = parts.iter().position(|own| *own == part) else { return Ok(()) };
+                let Some(slot) = parts.iter().position(|other| *other == part) else {
+                    return Ok(());
+                };
                 column.slot = slot;
             }
             ColumnRole::Status | ColumnRole::Group => {}
             _ => {
                 if column.is_time() {
-                    column.dropouts.clone_from(&own.rule.dropouts);
+                    column.dropouts.clone_from(&listed.rule.dropouts);
                 }
                 return Ok(());
             }
         }
         column.is = is;
-        column.dropouts.clone_from(&own.rule.dropouts);
-        column.factor *= own.factor(head)?;
-        if own.name.is_none() {
+        column.dropouts.clone_from(&listed.rule.dropouts);
+        column.factor *= listed.factor(head)?;
+        if listed.name.is_none() {
             column.name = name.unwrap_or_else(|| is.to_string());
         }
         Ok(())
@@ -260,11 +263,11 @@ impl Plan {
             self.per_second = Some(rate.unwrap_or(1.0));
             return Ok(());
         };
-        let mut give = |own: &Listed<'_>, is, form, factor| {
-            let column = &mut self.columns[own.index];
+        let mut give = |source: &Listed<'_>, is, form, factor| {
+            let column = &mut self.columns[source.index];
             (column.is, column.form, column.factor) = (is, form, factor);
-            if own.name.is_none() {
-                column.name = own.rule.is.to_string();
+            if source.name.is_none() {
+                column.name = source.rule.is.to_string();
             }
         };
         let mut form = None;

@@ -142,12 +142,12 @@ pub struct Plan {
 impl Plan {
     /// Returns true if the times are times of day without a date, so that they start again at midnight.
     pub fn is_time_of_day(&self) -> bool {
-        let is_clock = |own: &PlannedColumn| own.form == Some(TimeForm::TimeOfDay);
+        let is_clock = |column: &PlannedColumn| column.form == Some(TimeForm::TimeOfDay);
         self.columns.iter().any(is_clock) && self.date_column().is_none()
     }
 
     fn date_column(&self) -> Option<usize> {
-        self.columns.iter().position(|own| matches!(own.form, Some(TimeForm::Date(_))))
+        self.columns.iter().position(|column| matches!(column.form, Some(TimeForm::Date(_))))
     }
 
     /// Returns true if [`Self::since`] is subtracted from the numbers of this column.
@@ -174,7 +174,7 @@ impl Plan {
     /// Returns the indices of the columns with this role.
     pub fn with_role(&self, is: ColumnRole) -> impl Iterator<Item = usize> {
         let columns = self.columns.iter().enumerate();
-        columns.filter(move |(_, own)| own.is == is).map(|(index, _)| index)
+        columns.filter(move |(_, column)| column.is == is).map(|(index, _)| index)
     }
 
     pub fn group_column(&self) -> Option<usize> {
