@@ -851,6 +851,46 @@ fn workbook(path: &Path, rows: &str, strings: &str) {
     archive.finish().unwrap();
 }
 
+/// A text in a column of numbers, and an empty cell, are reported like those of a CSV with the same cells.
+#[cfg(feature = "xlsx")]
+#[test]
+fn a_text_in_a_column_of_a_workbook_is_reported_like_that_of_a_csv() {
+    let folder = tempfile::tempdir().unwrap();
+    let heads = ["t", "S1", "Fz [N]"];
+    let cells = |k: usize| {
+        let gauge = match k {
+            5 | 7 => "broken".to_owned(),
+            9 => String::new(),
+            _ => gauge(k, 0).to_string(),
+        };
+        [(k as f64 / 64.0).to_string(), gauge, load(k, 2).to_string()]
+    };
+    let cell = |text: &str| match text.parse::<f64>() {
+        _ if text.is_empty() => "<c></c>".to_owned(),
+        Ok(number) => format!("<c><v>{number}</v></c>"),
+        Err(_) => format!(r#"<c t="str"><v>{text}</v></c>"#),
+    };
+    let row = |cells: &[String]| {
+        format!("<row>{}</row>", cells.iter().map(|text| cell(text)).collect::<String>())
+    };
+    let all: Vec<[String; 3]> =
+        [heads.map(str::to_owned)].into_iter().chain((0..N).map(cells)).collect();
+    let (sheet, text) = (folder.path().join("run.xlsx"), folder.path().join("run.csv"));
+    workbook(&sheet, &all.iter().map(|cells| row(cells)).collect::<String>(), ">");
+    fs::write(&text, all.iter().map(|cells| cells.join(",") + "\n").collect::<String>()).unwrap();
+    let found = [sheet, text].map(|path| {
+        let Loaded { recordings, warnings, .. } = loaded(&path);
+        let seen = warnings.iter().map(|own| {
+            let place = own.place.as_ref().unwrap();
+            (own.seen.clone(), place.first_line, place.count)
+        });
+        (recordings[0].n_samples(), seen.collect::<Vec<_>>())
+    });
+    assert_eq!(found[0], found[1]);
+    assert_eq!(found[0].0, N - 3);
+    assert_eq!(found[0].1.iter().map(|own| own.2).collect::<Vec<_>>(), [2, 1]);
+}
+
 /// The memory for a workbook must depend only on the number of its filled cells.
 #[cfg(feature = "xlsx")]
 #[test]
@@ -872,7 +912,7 @@ fn distant_cells_and_shared_texts_take_no_extra_memory() {
 
     let many = format!("<row>{}</row>", r#"<c t="s"><v>0</v></c>"#.repeat(5000));
     let long = format!("><si><t>{}</t></si>", "x".repeat(1 << 20));
-    workbook(&path, &format!("{table}{}", many.repeat(30)), &long);
+    workbook(&path, &format!("{table}{}", many.repeat(3)), &long);
     assert_eq!(sound(&path).0.n_samples(), N);
 
     let lie = format!(r#"uniqueCount="{}">"#, u32::MAX);

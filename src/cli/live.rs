@@ -252,13 +252,9 @@ impl Answering<'_, '_> {
     }
 
     /// Writes the load of the row in a line. A line that is no row is reported, and its output has no load.
-    fn answer(
-        &mut self,
-        row: Result<Option<LiveRow>, Rejected>,
-        line: &str,
-    ) -> Result<(), JobError> {
+    fn answer(&mut self, row: Result<LiveRow, Rejected>, line: &str) -> Result<(), JobError> {
         let rejected = match row {
-            Ok(row) => return row.map_or(Ok(()), |row| self.row(&row)),
+            Ok(row) => return self.row(&row),
             Err(rejected) => rejected,
         };
         self.zero.n_broken += 1;

@@ -238,10 +238,10 @@ impl ReadArgs {
                 let loaded = loaded.map_err(|error| self.unread(input, error))?;
                 if needs == Needs::GaugesAndLoad {
                     if let Some((asked, answer)) = loaded.asked() {
-                        let why = format!(
-                            "{}: {asked} Answer with --columns \"{answer}\"",
-                            path.display()
-                        );
+                        let mut why = format!("{}: {asked}", path.display());
+                        if let Some(answer) = answer {
+                            why += &format!(" Answer with --columns \"{answer}\"");
+                        }
                         return Err(self.refused(input, JobError::Usage(why)));
                     }
                     let is_new = |name: &String| !without_unit.contains(name);

@@ -218,7 +218,7 @@ impl Minute {
                 }
                 header => self.counts.1 += u64::from(row.is_err() && header.is_none()),
             }
-            return Some(Vec::from_iter(row.ok().flatten()));
+            return Some(Vec::from_iter(row));
         }
         if self.refused.is_some() {
             return Some(Vec::new());
@@ -238,7 +238,7 @@ impl Minute {
         let rows: Vec<_> = kept.map(|kept| table.row_at(&kept.line, kept.secs)).collect();
         self.counts.1 += rows.iter().filter(|row| row.is_err()).count() as u64;
         self.table = Some(table);
-        Some(rows.into_iter().filter_map(|row| row.ok().flatten()).collect())
+        Some(rows.into_iter().flatten().collect())
     }
 
     /// Computes the loads of existing and new samples until the fit changes, the file is replaced, or the first pause comes, after

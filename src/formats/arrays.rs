@@ -99,6 +99,7 @@ pub fn columns(arrays: Vec<Array>, mut left_out: Vec<String>) -> Columns {
                 unit: array.unit.to_owned(),
                 since: array.since,
                 values: array.column(n_rows, n_columns, index),
+                texts: None,
             });
         }
     }

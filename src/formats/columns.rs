@@ -37,6 +37,9 @@ pub struct Column {
     /// since 1970, keep all digits this way.
     pub since: i64,
     pub values: Vec<f64>,
+    /// Rows whose cell holds a text instead of a number, with this text. `Some` only for the sheet of a workbook, whose other
+    /// cells without a number are empty.
+    pub texts: Option<Vec<(usize, String)>>,
 }
 
 /// Limit below which a 64-bit float represents every whole number exactly.
@@ -153,6 +156,12 @@ impl<'a> Iterator for NumberRow<'a> {
 
     fn next(&mut self) -> Option<Cell<'a>> {
         let column = self.columns.next()?;
+        if let Some(texts) = &column.texts
+            && column.values.get(self.row).is_some_and(|value| value.is_nan())
+        {
+            let found = texts.binary_search_by_key(&self.row, |(row, _)| *row);
+            return Some(Cell::Text(found.map_or(b"", |at| texts[at].1.as_bytes())));
+        }
         Some(match (column.values.get(self.row), column.since) {
             (None, _) => Cell::Text(b""),
             (Some(value), 0) => Cell::Number(*value),

@@ -72,6 +72,7 @@ fn columns(source: &Source<'_>) -> Result<Option<Columns>, FileError> {
         unit: array.unit.to_owned(),
         since: array.since,
         values: array.column(n_rows, n_columns, column),
+        texts: None,
     });
     Ok(Some(Columns { columns: columns.collect(), ..Columns::default() }))
 }

@@ -72,6 +72,9 @@ pub fn choose(parts: Vec<Part>, wanted: &[String]) -> Result<Columns, FileError>
             column.values.resize(n_rows, f64::NAN);
             let later = (more.since - column.since) as f64;
             column.values.extend(more.values.into_iter().map(|value| value + later));
+            if let (Some(texts), Some(more)) = (&mut column.texts, more.texts) {
+                texts.extend(more.into_iter().map(|(row, text)| (n_rows + row, text)));
+            }
         }
         table.columns.left_out.extend(next.columns.left_out);
     }

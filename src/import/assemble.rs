@@ -6,8 +6,9 @@ use std::path::Path;
 
 use super::{
     error::at,
-    join,
-    plan::{Channels, Plan, TimeScale, Use},
+    map::ColumnRole,
+    named_column::NamedColumn,
+    plan::{Channels, Plan},
     rows::Rows,
     two_clocks::Table,
     warning::{Cause, Findings, Trouble},
@@ -29,10 +30,8 @@ pub fn no_usable_row(path: &Path, plan: &Plan, rows: Rows) -> ReadError {
     let is_culprit = |index: &usize| n_full_rows > 0 && rows.bad_cells[*index] == n_full_rows;
     let culprits: Vec<usize> = (0..rows.bad_cells.len()).filter(is_culprit).collect();
     if let [index] = culprits[..] {
-        return at(path, plan.line)(TableError::NoNumberInColumn {
-            what: plan.uses[index].noun(),
-            column: plan.column(index),
-        });
+        let column = plan.column(index);
+        return at(path, plan.line)(TableError::NoNumberInColumn { column });
     }
     let found = rows.findings.into_findings(path);
     match found.into_iter().find(|own| own.id == Id::RowsSkipped) {
@@ -48,17 +47,14 @@ pub fn settle_times(plan: &Plan, rows: &mut Rows) {
         rows.arrange(&order);
         rows.findings.note(plan.line, Cause::NewestFirst);
     }
-    let per_second = match plan.time_scale {
-        TimeScale::ByValues => {
-            let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
-            if unit != TimeUnit::Seconds {
-                let cause = Cause::AssumedTimeUnit { column: plan.time(), unit };
-                rows.findings.note(plan.line, cause);
-            }
-            unit.per_second()
+    let per_second = plan.per_second.unwrap_or_else(|| {
+        let unit = timeline::unit_by_values(&rows.times, plan.since as f64);
+        if unit != TimeUnit::Seconds {
+            let cause = Cause::AssumedTimeUnit { column: plan.time(), unit };
+            rows.findings.note(plan.line, cause);
         }
-        TimeScale::PerSecond(per_second) => per_second,
-    };
+        unit.per_second()
+    });
     if per_second != 1.0 {
         for time in &mut rows.times {
             *time /= per_second;
@@ -95,21 +91,6 @@ fn count_days(times: &mut [f64]) {
         *time += midnight;
         before = *time;
     }
-}
-
-/// Replaces the samples of each burst by one sample, their mean. A burst is a run of samples with time steps of at most
-/// `within_secs`.
-pub fn average_bursts(plan: &Plan, rows: &mut Rows, within_secs: f64) {
-    let bursts = join::bursts(&rows.times, within_secs, &rows.group_changes());
-    let (n_before, n_after) = (rows.times.len(), bursts.len());
-    if n_before == n_after {
-        return;
-    }
-    for (width, values) in rows.lists() {
-        join::average(values, width, &bursts);
-    }
-    rows.keep_lines_of(bursts.iter().map(|burst| burst.start));
-    rows.findings.note(plan.line, Cause::AveragedBursts { n_before, n_after });
 }
 
 pub fn note_held_reference(plan: &Plan, rows: &mut Rows) {
@@ -271,18 +252,12 @@ fn note_constant_gauges(plan: &Plan, rows: &mut Rows) {
         return;
     }
     let n_gauges = plan.gauges.names.len();
-    let is_gauge = |index: &usize| matches!(plan.uses[*index], Use::Gauge { .. });
-    let columns = (0..plan.uses.len()).filter(is_gauge);
-    for (gauge, column) in columns.enumerate() {
+    for (gauge, column) in plan.with_role(ColumnRole::Gauge).enumerate() {
         let value = rows.gauges[gauge];
         let mut values = rows.gauges[gauge..].iter().step_by(n_gauges);
         if values.all(|other| *other == value) {
-            let cause = Cause::ConstantGauge {
-                column: column + 1,
-                name: plan.gauges.names[gauge].clone(),
-                value,
-            };
-            rows.findings.note(plan.line, cause);
+            let column = NamedColumn::new(column, &plan.gauges.names[gauge]);
+            rows.findings.note(plan.line, Cause::ConstantGauge { column, value });
         }
     }
 }
@@ -402,9 +377,11 @@ mod tests {
     fn a_constant_gauge_is_reported_and_kept() {
         let (recordings, findings) = load("S1,S2,t,S3\n7,1,0,2\n7,2,0.1,2\n");
         assert_eq!(recordings[0].n_gauges(), 3);
-        let constant =
-            |column, name: &str, value| Cause::ConstantGauge { column, name: name.into(), value };
-        let expected = [constant(1, "S1", 7.0), constant(4, "S3", 2.0)];
+        let constant = |index, name: &str, value| Cause::ConstantGauge {
+            column: NamedColumn::new(index, name),
+            value,
+        };
+        let expected = [constant(0, "S1", 7.0), constant(3, "S3", 2.0)];
         assert_eq!(findings, expected);
         assert!(load("t,S1\n0,1\n").1.is_empty());
         let of_loads = |last: u8| load(&format!("t,S1,Fx,Fz\n0,1,5,0\n0.1,1,5,{last}\n")).1.len();

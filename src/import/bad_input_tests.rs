@@ -208,7 +208,7 @@ mod mutations {
         "text": {"delimiter": "spaces", "decimal": "comma", "skip_rows": 0, "header": false}, "sample_rate_hz": 5,
         "columns": [{"column": 1, "is": "time", "unit": "s"}, {"column": 2, "is": "gauge", "scale": -1},
         {"column": 3, "is": "time_reference"}, {"column": 4, "is": "Fz", "unit": "kN", "dropouts": [7]}]},
-        "join": {"method": "nearest", "limit_secs": 9, "clock_offset_secs": 0.5}, "average_bursts_secs": 0.1}"#;
+        "join": {"method": "nearest", "limit_secs": 9, "clock_offset_secs": 0.5}}"#;
 
     struct Random(u64);
 

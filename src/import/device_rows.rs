@@ -1,15 +1,14 @@
-//! Converts the rows that a measuring device prints into JSON lines with a time. The known forms of rows are plain
-//! numbers, `name:value` pairs, Teleplot, and JSON without a time.
+//! Rows as measuring devices print them. The known forms are plain numbers, `name:value` pairs, and JSON without a time.
 //!
-//! Guarantees: each complete row of a device becomes one JSON line, in the order of arrival. Times that are computed
-//! from the sample rate or taken from this computer's clock always increase. A number keeps its value.
+//! Guarantees: times that are computed from the sample rate or taken from this computer's clock always increase. A number
+//! keeps its value.
 
 use std::ops::{Range, RangeInclusive};
 use std::path::Path;
 
 use super::map::{ColumnMap, Rest};
 use crate::{
-    formats::text::{Delimiter, TextLayout, cells::Cells, stamped},
+    formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
     import::timeline,
     recording::{gap::median_step, units::TimeUnit},
 };
@@ -17,8 +16,6 @@ use crate::{
 /// Minimum time step (s) between two rows. It is used for rows that arrive at the same clock reading.
 const LEAST_STEP_SECS: f64 = 1e-6;
 
-/// Name of the time that is added to rows without a time.
-const SECONDS: &str = "time [s]";
 /// Names of the time in rows of plain numbers, in one column or in two.
 const TIME: [&str; 1] = ["time"];
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
@@ -62,16 +59,6 @@ impl<'a> LiveSource<'a> {
         is_table && self.header.is_none() && self.whole_map().is_none()
     }
 
-    /// Returns the number of values in a row, if the user gave the form of the rows and it tells this number.
-    pub(crate) fn n_values(self) -> Option<usize> {
-        match (self.form?, self.header) {
-            (RowForm::Numbers, _) => Some(self.n_channels()),
-            (RowForm::TimedNumbers, _) => Some(self.n_channels() + 1),
-            (RowForm::Table, Some(names)) => Some(names.split(',').count()),
-            _ => None,
-        }
-    }
-
     pub(crate) fn n_channels(self) -> usize {
         self.gauges.len() + self.auxiliary.len()
     }
@@ -83,14 +70,13 @@ pub enum RowForm {
     Numbers,
     TimedNumbers,
     Pairs,
-    Teleplot,
     Json,
 }
 
 impl RowForm {
     /// All forms of rows, each with its name as a value on the command line and its description. Pairs are what Arduino's
     /// serial plotter reads.
-    pub const ALL: [(Self, &'static str, &'static str); 6] = [
+    pub const ALL: [(Self, &'static str, &'static str); 5] = [
         (Self::Table, "table", "a table with a header, or JSON lines, both with a time"),
         (
             Self::Numbers,
@@ -103,7 +89,6 @@ impl RowForm {
             "numbers without a header: the time, the gauges, then the auxiliary channels",
         ),
         (Self::Pairs, "pairs", "name:value pairs"),
-        (Self::Teleplot, "teleplot", "Teleplot lines, >name:time:value"),
         (Self::Json, "json", "JSON lines without a time"),
     ];
 
@@ -120,9 +105,6 @@ impl RowForm {
     pub(crate) fn of(row: &str, mut is_channel: impl FnMut(&str) -> bool) -> Option<Self> {
         if row.trim_start().starts_with('{') {
             return Some(Self::Json);
-        }
-        if let Some((name, ..)) = teleplot(row) {
-            return is_channel(name).then_some(Self::Teleplot);
         }
         if let Some(pairs) = pairs(row) {
             return pairs.iter().any(|(name, _)| is_channel(name)).then_some(Self::Pairs);
@@ -166,69 +148,13 @@ pub fn numbers(line: &str) -> Option<Vec<f64>> {
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
 
-/// Returns the numbers of a line, joined by commas, and the other text of the line, if there are this many numbers and the
-/// other text is more than a delimiter: units, labels or brackets. A number in front of `:` or `=`, or directly behind a
-/// letter, is part of a label. A line with more than a unit and a label between two numbers is a message for people.
-pub fn scattered_numbers(line: &str, n: usize) -> Option<(String, String)> {
-    /// Maximum number of words between two numbers.
-    const MOST_WORDS: usize = 2;
-    if numbers(line).is_some() {
-        return None;
-    }
-    let (mut found, mut between) = (Vec::new(), String::new());
-    let mut rest = line.trim();
-    while !rest.is_empty() {
-        let is_in_word = between.ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == '.');
-        let (number, after) = rest.split_at(number_length(rest));
-        let is_label = after.trim_start().starts_with([':', '=']);
-        if !number.is_empty() && !is_in_word && !is_label {
-            found.push(number);
-            between.push('#');
-            rest = after;
-            continue;
-        }
-        let (text, after) = rest.split_at(rest.chars().next().map_or(0, char::len_utf8));
-        if !(text == " " && between.ends_with(' ')) {
-            between.push_str(text);
-        }
-        rest = after;
-    }
-    let is_word = |text: &&str| text.contains(char::is_alphabetic);
-    let n_words = |text: &str| text.split([' ', ',', ';', '\t']).filter(is_word).count();
-    let is_row = found.len() == n && between.split('#').all(|text| n_words(text) <= MOST_WORDS);
-    is_row.then(|| (found.join(","), between))
-}
-
-/// Returns the length (bytes) of the number with which a text begins; 0 if it begins with none.
-fn number_length(text: &str) -> usize {
-    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
-    let signed = |text: &str| usize::from(text.starts_with(['+', '-']));
-    let mut n = signed(text);
-    let whole = digits(&text[n..]);
-    n += whole;
-    let fraction = text[n..].strip_prefix('.').map_or(0, digits);
-    if whole + fraction == 0 {
-        return 0;
-    }
-    n += fraction + usize::from(fraction > 0);
-    if let Some(exponent) = text[n..].strip_prefix(['e', 'E']) {
-        let sign = signed(exponent);
-        let n_digits = digits(&exponent[sign..]);
-        n += if n_digits > 0 { 1 + sign + n_digits } else { 0 };
-    }
-    n
-}
-
 /// Returns the value of a pair without its unit.
 fn without_unit(value: &str) -> &str {
-    let (number, unit) = value.split_at(number_length(value));
-    if number.is_empty() || unit.contains(|c: char| c.is_ascii_digit()) { value } else { number }
+    let number = value.trim_end_matches(|c: char| !c.is_ascii_digit());
+    if number.is_empty() { value } else { number }
 }
 
 fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
-    if line.starts_with(['>', '{']) {
-        return None;
-    }
     let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
     // Some devices write a blank between the colon and the value of a pair.
     let mut joined: Vec<(&str, &str)> = Vec::new();
@@ -245,184 +171,63 @@ fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
     (!joined.is_empty()).then_some(joined)
 }
 
-/// Returns the name and the value of a line with one value.
-pub fn single_pair(line: &str) -> Option<(&str, &str)> {
-    pairs(line).filter(|pairs| pairs.len() == 1)?.pop()
+/// Returns a line of pairs as a JSON line; an empty one for any other line.
+pub fn pairs_as_json(line: &str) -> String {
+    let text = |text: &str| serde_json::Value::from(text).to_string();
+    let member = |(name, value)| format!("{}:{}", text(name), text(value));
+    let members: Vec<String> = pairs(line).into_iter().flatten().map(member).collect();
+    format!("{{{}}}", members.join(","))
 }
 
-/// Returns the name, the time (ms) and the value of a Teleplot line.
-fn teleplot(line: &str) -> Option<(&str, Option<&str>, &str)> {
-    let (name, rest) = line.trim().strip_prefix('>')?.split_once(':')?;
-    // After the value, a Teleplot line may have a unit (after `§`) and flags (after `|`).
-    let rest = rest.split(['§', '|']).next()?;
-    Some(match rest.split_once(':') {
-        Some((time, value)) => (name, Some(time), value),
-        None => (name, None, rest),
-    })
+/// Returns rows of plain numbers as a table with a header. `times` are the columns of the time: none, one column, or two with
+/// seconds and nanoseconds. All other columns are the channels of the calibration.
+pub fn table_of_numbers(
+    rows: &[&str],
+    times: &Range<usize>,
+    source: LiveSource<'_>,
+) -> Vec<String> {
+    let mut names: Vec<&str> = source.channels().map(String::as_str).collect();
+    let of_time = if times.len() == 2 { &STAMP[..] } else { &TIME[..times.len()] };
+    names.splice(times.start..times.start, of_time.iter().copied());
+    let delimiter = rows.iter().find_map(|row| delimiter(row)).unwrap_or_default();
+    let between = char::from(delimiter.byte()).to_string();
+    let quoted: Vec<String> = names.iter().map(|name| format!("\"{name}\"")).collect();
+    let row = |row: &&str| {
+        let cells = cells(row, delimiter).take(names.len()).map(String::from_utf8_lossy);
+        cells.collect::<Vec<_>>().join(&between)
+    };
+    [quoted.join(&between)].into_iter().chain(rows.iter().map(row)).collect()
 }
 
-/// Converter of the rows that a device prints to JSON lines with a time.
+/// Clock of rows without a time.
 #[derive(Clone, Debug)]
-pub struct DeviceRows {
-    pub form: RowForm,
-    pub clock: String,
-    rate_hz: Option<f64>,
-    layout: TextLayout,
-    /// Names of the cells of a row. Empty if the rows themselves hold the names.
-    names: Vec<String>,
+pub struct RowClock {
+    /// Sample rate (Hz). `None` for the clock of this computer.
+    pub rate_hz: Option<f64>,
     n_rows: f64,
     last_secs: f64,
-    /// Channel names of the calibration. A Teleplot value with the first name starts a row.
-    cycle: Vec<String>,
-    /// Names and values of the Teleplot row that is not complete yet.
-    pending: Vec<(String, String)>,
-    /// Name of the time column and text of the time of the pending row, if the device sends a time.
-    pending_time: Option<(&'static str, String)>,
-    /// True if a row of plain numbers may have further cells, which are ignored.
-    may_have_more: bool,
 }
 
-impl DeviceRows {
-    /// Creates the converter from the first rows of the source. `header` holds the names and the delimiter of a table.
-    /// `times` are the columns of the time in rows of plain numbers: none, one column, or two with seconds and nanoseconds.
-    pub fn new(
-        form: RowForm,
-        header: Option<(Vec<String>, Delimiter)>,
-        times: &Range<usize>,
-        rows: &[&str],
-        source: LiveSource<'_>,
-    ) -> Self {
-        let rows: Vec<(Option<&str>, &str)> = rows.iter().map(|line| without_stamp(line)).collect();
-        let has_clock = match form {
-            RowForm::Teleplot => {
-                rows.iter().any(|(_, row)| matches!(teleplot(row), Some((_, Some(_), _))))
-            }
-            _ => rows.iter().any(|(stamp, _)| stamp.is_some()),
-        };
-        let of_rows = || rows.iter().find_map(|(_, row)| delimiter(row)).unwrap_or_default();
-        let (mut names, delimiter) = header.unwrap_or_else(|| (Vec::new(), of_rows()));
-        if form.is_numbers() {
-            names = source.channels().cloned().collect();
-            let of_time = if times.len() == 2 { &STAMP[..] } else { &TIME[..times.len()] };
-            let start = times.start.min(names.len());
-            names.splice(start..start, of_time.iter().map(|name| (*name).to_owned()));
-        }
-        Self {
-            form,
-            clock: match (has_clock, source.rate_hz) {
-                _ if !times.is_empty() => format!("column {} of the rows", times.start + 1),
-                (true, _) => "the device".to_owned(),
-                (false, Some(_)) => "the given rate".to_owned(),
-                (false, None) => "the clock of this computer".to_owned(),
-            },
-            rate_hz: source.rate_hz,
-            layout: TextLayout { delimiter, ..TextLayout::default() },
-            names,
-            n_rows: 0.0,
-            last_secs: f64::NEG_INFINITY,
-            cycle: source.channels().cloned().collect(),
-            pending: Vec::new(),
-            pending_time: None,
-            may_have_more: source.form.is_some(),
-        }
+impl RowClock {
+    pub fn new(rate_hz: Option<f64>) -> Self {
+        Self { rate_hz, n_rows: 0.0, last_secs: f64::NEG_INFINITY }
     }
 
-    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
-    /// had, or a cell without a number. No load can be computed from such a line.
-    pub fn misfit(&self, line: &str) -> Option<String> {
-        if !self.form.is_numbers() {
-            return None;
-        }
-        let needed = self.names.len();
-        let (_, row) = without_stamp(line);
-        let n = cells(row, self.layout.delimiter).filter(|cell| !cell.is_empty()).count();
-        if n < needed {
-            let what = "values that the calibration needs";
-            return Some(format!("the line has {n} of the {needed} {what}"));
-        }
-        if n > needed && !self.may_have_more {
-            return Some(format!("the line has {n} values, but the first rows had {needed}"));
-        }
-        let mut named = cells(row, self.layout.delimiter).zip(&self.names);
-        let (cell, name) = named.find(|(cell, _)| self.layout.number(cell).is_none())?;
-        Some(format!("{name} is {:?}", String::from_utf8_lossy(cell)))
-    }
-
-    /// Converts a line that arrived at this time (s). Returns a JSON line, or `None` if more lines of the device belong to the
-    /// same row.
-    pub fn line(&mut self, line: &str, arrived_secs: f64) -> Option<String> {
-        let (stamp, row) = without_stamp(line);
-        if self.form == RowForm::Teleplot {
-            return self.teleplot(stamp, row, arrived_secs);
-        }
-        let texts = self.texts(line, row);
-        let is_timed = self.form == RowForm::TimedNumbers;
-        let time = (!is_timed).then(|| self.time(stamp, arrived_secs));
-        // Lines before the first row take no time.
-        let is_empty = !self.names.is_empty() && texts.iter().all(String::is_empty);
-        if is_empty && self.n_rows == 1.0 {
-            self.n_rows = 0.0;
-        }
-        let time = time.iter().map(|time| (SECONDS, &**time));
-        if self.form == RowForm::Json
-            && let Some(rest) = row.trim_start().strip_prefix('{')
-        {
-            return Some(format!("{},{rest}", object(time).trim_end_matches('}')));
-        }
-        let of_cells = self.names.iter().zip(&texts).map(|(name, text)| (&**name, &**text));
-        let of_pairs = pairs(row).filter(|_| self.form == RowForm::Pairs).into_iter().flatten();
-        Some(object(time.chain(of_cells).chain(of_pairs)))
-    }
-
-    /// Returns the cells of a row, with numbers as JSON writes them; none if a row of plain numbers does not fit.
-    fn texts(&self, line: &str, row: &str) -> Vec<String> {
-        if self.names.is_empty() || self.misfit(line).is_some() {
-            return Vec::new();
-        }
-        let text = |cell: &[u8]| match self.layout.number(cell) {
-            Some((number, _)) => number.to_string(),
-            None => String::from_utf8_lossy(cell).into_owned(),
-        };
-        cells(row, self.layout.delimiter).map(text).collect()
-    }
-
-    /// Adds a Teleplot value to the row that is being collected, and returns the row once it is complete. A new row starts
-    /// with the first gauge, or with a name that the row already has. A row is complete when it has all channels of the
-    /// calibration.
-    fn teleplot(&mut self, stamp: Option<&str>, row: &str, arrived_secs: f64) -> Option<String> {
-        let single = || single_pair(row).map(|(name, value)| (name, None, value));
-        let (name, time, value) = teleplot(row).or_else(single)?;
-        let is_first = self.cycle.first().is_some_and(|first| first == name);
-        let begins = self.pending.iter().any(|(own, _)| is_first || own == name);
-        let before = begins.then(|| self.whole(arrived_secs));
-        if self.pending.is_empty() {
-            let time = time.map(|time| ("time [ms]", time.to_owned()));
-            self.pending_time = time.or_else(|| Some((SECONDS, stamp?.to_owned())));
-        }
-        self.pending.push((name.to_owned(), value.to_owned()));
-        let is_there = |own: &String| self.pending.iter().any(|(name, _)| name == own);
-        let is_whole = self.cycle.iter().all(is_there);
-        before.or_else(|| is_whole.then(|| self.whole(arrived_secs)))
-    }
-
-    fn whole(&mut self, arrived_secs: f64) -> String {
-        let row = std::mem::take(&mut self.pending);
-        let time = self.pending_time.take();
-        let (name, time) = time.unwrap_or_else(|| (SECONDS, self.time(None, arrived_secs)));
-        let values = row.iter().map(|(name, value)| (&**name, &**value));
-        object([(name, &*time)].into_iter().chain(values))
-    }
-
-    /// Returns the time of the next row: the time stamp of the line if there is one, else the row number divided by the
-    /// sample rate, else the time of arrival. Rows that arrived at the same time are 1 µs apart.
-    fn time(&mut self, stamp: Option<&str>, arrived_secs: f64) -> String {
+    /// Returns the time of the next row (s): the time stamp of the line if there is one, else the row number divided by the
+    /// sample rate, else the time of arrival. Rows that arrived at the same time are 1 µs apart. Lines before the first row take
+    /// no time.
+    pub fn time(&mut self, stamp: Option<&str>, arrived_secs: f64, is_row: bool) -> f64 {
         let secs = match self.rate_hz {
             Some(rate_hz) => self.n_rows / rate_hz,
             None => arrived_secs.max(self.last_secs + LEAST_STEP_SECS),
         };
-        self.n_rows += 1.0;
+        self.n_rows += f64::from(is_row || self.n_rows > 0.0);
         self.last_secs = secs;
-        stamp.map_or_else(|| format!("{secs:.6}"), str::to_owned)
+        let of_stamp = |stamp: &str| {
+            let form = TimeForm::of_all([stamp.as_bytes()].into_iter());
+            form.map_or_else(|| stamp.trim().parse().ok(), |form| form.secs(stamp.as_bytes()))
+        };
+        stamp.and_then(of_stamp).unwrap_or(secs)
     }
 }
 
@@ -498,11 +303,4 @@ fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<Ti
         && longest - shortest <= 1
         && (is_very_near || !is_counter || given.is_some());
     is_clock.then_some(unit)
-}
-
-/// Returns a JSON line with these values. All values are written as texts.
-fn object<'a>(values: impl Iterator<Item = (&'a str, &'a str)>) -> String {
-    let text = |text: &str| serde_json::Value::from(text).to_string();
-    let members = values.map(|(name, value)| format!("{}:{}", text(name), text(value)));
-    format!("{{{}}}", members.collect::<Vec<_>>().join(","))
 }

@@ -66,12 +66,8 @@ pub enum TableError {
         listed(needed)
     )]
     UnclearRows { found: String, needed: Vec<String> },
-    #[error(
-        "{what} {} (column {}) has no number in any row. Correct or delete the column",
-        shown(&column.name),
-        column.number
-    )]
-    NoNumberInColumn { what: &'static str, column: NamedColumn },
+    #[error("{column} has no number in any row. Correct or delete the column")]
+    NoNumberInColumn { column: NamedColumn },
     #[error(
         "{column} jumps, goes back or changes in {count} rows, each of which would start a new recording. This is the first. Give the column another role if its role is wrong"
     )]
@@ -79,21 +75,15 @@ pub enum TableError {
 }
 
 impl TableError {
-    const TIME: &str = "time column";
-
     pub fn no_time(names: Vec<String>) -> Self {
         let advice = "Name one t or time, with its unit, e.g. t_ms";
-        Self::Lacks { what: Self::TIME, advice, names }
+        Self::Lacks { what: "time column", advice, names }
     }
 
     pub fn no_gauges(names: Vec<String>) -> Self {
         let advice =
             "Name the gauges S1, S2 and so on (ch1, ai0, SG1 and raw_1 are also recognised)";
         Self::Lacks { what: "gauge column", advice, names }
-    }
-
-    pub fn is_about_time(&self) -> bool {
-        matches!(self, Self::Lacks { what: Self::TIME, .. })
     }
 }
 
@@ -113,8 +103,6 @@ pub enum ReadError {
     Map(#[from] MapError),
     #[error("{}: the column map is for another kind of file: it expects {what} at the start of the file, but this file has none. Use another column map, or none", path.display())]
     TooShortForMap { path: PathBuf, what: &'static str },
-    #[error("{}: the name of the file must contain exactly one of the names listed under \"mounts\" in the column map ({}). Rename the file, or give a column the role mount", path.display(), listed(mounts))]
-    NoMount { path: PathBuf, mounts: Vec<String> },
     #[error("{}: estimating a weight needs the pose of the sensor and measured forces Fx, Fy and Fz, and for its centre also Mx, My and Mz. Choose their columns in a column map", path.display())]
     NothingToWeigh { path: PathBuf },
     #[error("{}: the sensor never turned, so the weight cannot be separated from the offset of the reference", path.display())]

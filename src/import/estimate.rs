@@ -51,10 +51,10 @@ fn estimated(
         let slot = |axis: &Axis| axes.iter().position(|other| other == axis);
         wanted.iter().map(slot).collect()
     };
-    let (Some(plan), Some(forces)) = (table.plan.pose.clone(), slots(&Axis::ALL[..3])) else {
+    let (Some(attitude), Some(forces)) = (table.plan.attitude, slots(&Axis::ALL[..3])) else {
         return Err(ReadError::NothingToWeigh { path });
     };
-    let rotations = rotations(&mut table, &plan, &weight);
+    let rotations = rotations(&mut table, attitude, &weight);
     let part = |slots: &[usize]| -> Vec<[f64; 3]> {
         let rows = table.rows.loads.chunks_exact(axes.len());
         rows.map(|row| std::array::from_fn(|i| row[slots[i]])).collect()

@@ -1,8 +1,6 @@
 //! Computes the reference load at the times of the gauge samples if the two have different clocks. Outside the times of the
 //! reference, and farther from its samples than a limit, there is no value.
 
-use std::ops::Range;
-
 use super::map::JoinMethod;
 
 /// Rows of `width` values each, with the times (s) of the rows. The times never decrease.
@@ -77,42 +75,6 @@ fn blend_at(
     }
 }
 
-/// Divides samples into bursts. In a burst, the time steps are at most `within_secs`. Each sample in `cuts` starts a new
-/// burst, too.
-pub fn bursts(times: &[f64], within_secs: f64, cuts: &[usize]) -> Vec<Range<usize>> {
-    let mut bursts: Vec<Range<usize>> = Vec::new();
-    for at in 0..times.len() {
-        match bursts.last_mut() {
-            Some(burst)
-                if (0.0..=within_secs).contains(&(times[at] - times[at - 1]))
-                    && !cuts.contains(&at) =>
-            {
-                burst.end = at + 1;
-            }
-            _ => bursts.push(at..at + 1),
-        }
-    }
-    bursts
-}
-
-/// Replaces the rows in each interval by one row with their mean values. A row has `width` values.
-pub fn average(values: &mut Vec<f64>, width: usize, intervals: &[Range<usize>]) {
-    for (at, interval) in intervals.iter().enumerate() {
-        for column in 0..width {
-            let first = values[interval.start * width + column];
-            // Differences from the first value are averaged, because sums of large times would lose digits.
-            let later = |k: usize| values[k * width + column] - first;
-            let n = interval.len() as f64;
-            let mut mean = first + interval.clone().map(later).sum::<f64>() / n;
-            if !mean.is_finite() {
-                mean = interval.clone().map(|k| values[k * width + column] / n).sum();
-            }
-            values[at * width + column] = mean;
-        }
-    }
-    values.truncate(intervals.len() * width);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,19 +133,5 @@ mod tests {
         for method in [JoinMethod::Interpolate, JoinMethod::Nearest, JoinMethod::Hold] {
             assert_eq!(at_times(&[1.0], none, method, 9.0), (vec![false], vec![]));
         }
-    }
-
-    #[test]
-    fn bursts_become_their_means() {
-        let mut times = vec![0.0, 0.1, 0.2, 1.0, 1.1, 0.5, 3.0];
-        assert_eq!(bursts(&times, 0.11, &[1]), [0..1, 1..3, 3..5, 5..6, 6..7]);
-        let bursts = bursts(&times, 0.11, &[]);
-        assert_eq!(bursts, [0..3, 3..5, 5..6, 6..7]);
-        let mut values = vec![1.0, 0.0, 2.0, 0.0, 6.0, 3.0, 4.0, 1.0, 5.0, 2.0, 7.0, 7.0, 8.0, 8.0];
-        average(&mut times, 1, &bursts);
-        average(&mut values, 2, &bursts);
-        assert!((times[0] - 0.1).abs() < 1e-15 && (times[1] - 1.05).abs() < 1e-15);
-        assert_eq!(times[2..], [0.5, 3.0]);
-        assert_eq!(values, [3.0, 1.0, 4.5, 1.5, 7.0, 7.0, 8.0, 8.0]);
     }
 }

@@ -4,18 +4,18 @@
 //! are parsed. A line that is not a row is reported and changes nothing. In JSON lines, the keys are the names of the
 //! columns.
 
-mod documents;
 mod growing;
 mod head;
 
+use std::cmp::Ordering;
 use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{DeviceRows, scattered_numbers, without_stamp},
+    device_rows::{RowClock, cells, pairs_as_json, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
-    plan::{Plan, Side, TimeScale},
+    plan::{Plan, Side},
     proposal::mapped,
     rows::Rows,
     warning::Cause,
@@ -23,7 +23,7 @@ use super::{
 use crate::{
     formats::{
         LineKeys, Opened, Part,
-        text::{Head, TextLayout},
+        text::{Decimal, Head, TextLayout},
     },
     import::{
         error::{ReadError, TableError},
@@ -37,7 +37,6 @@ use crate::{
         units::TimeUnit,
     },
 };
-use documents::Messages;
 pub use growing::{GrowingFile, Grown};
 pub use head::{Arrived, LiveHead};
 use head::{TableHeader, is_named};
@@ -95,16 +94,17 @@ pub struct LiveTable {
     keys: Option<LineKeys>,
     n_rows: f64,
     held: Vec<Newest>,
-    /// Converter of the rows that a device prints. `None` for a table with its own times.
-    device: Option<DeviceRows>,
+    form: RowForm,
+    /// Clock of rows without a time.
+    clock: RowClock,
+    /// Description of the source of the times, if this is no table with its own times.
+    times_from: Option<String>,
+    /// True if rows of plain numbers may have further cells, which are ignored.
+    may_have_more: bool,
     /// Moment from which times of arrival are counted.
     start: Instant,
     /// Names in the header; `None` without one.
     header: Option<Vec<String>>,
-    /// Lines of the present message, if the rows are messages of several lines.
-    messages: Option<Messages>,
-    /// Text between the numbers of a row, with the number of numbers, if it is more than a delimiter.
-    between: Option<(usize, String)>,
     /// Number of lines above the first row.
     n_above: usize,
 }
@@ -181,12 +181,12 @@ impl LiveTable {
     /// Returns a description of the rows that a device prints: their form, and where their times come from. `None` for a
     /// table with its own times.
     pub fn device(&self) -> Option<String> {
-        let device = self.device.as_ref()?;
-        let rows = match device.form {
+        let times_from = self.times_from.as_ref()?;
+        let rows = match self.form {
             RowForm::Table => "a table without a time",
             form => form.words(),
         };
-        Some(format!("the rows of the device are {rows}; the times come from {}", device.clock))
+        Some(format!("the rows of the device are {rows}; the times come from {times_from}"))
     }
 
     /// Returns the names in a line that is the header of a table with every gauge, if they differ from the present names. An
@@ -202,6 +202,7 @@ impl LiveTable {
     /// the unit of time must be derived from the time step, and there are fewer than `n_needed` rows.
     fn begin(
         lines: &[String],
+        form: RowForm,
         source: LiveSource<'_>,
         n_needed: usize,
     ) -> Result<Option<Self>, ReadError> {
@@ -219,7 +220,10 @@ impl LiveTable {
             Some(map) => map.table.text.clone(),
             None => {
                 let text = opened.layout().ok_or_else(no_header)?;
-                TextLayout { header: true, skip_rows: 0, ..text }
+                // Numbers with a decimal comma are read with either decimal mark.
+                let is_open = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
+                let decimal = if is_open { Decimal::Point } else { text.decimal };
+                TextLayout { header: true, skip_rows: 0, decimal, ..text }
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
@@ -231,21 +235,14 @@ impl LiveTable {
         // another time.
         let plan = Plan::new(&map.table, &head, Side::of_gauges(&map), None);
         let plan = plan.map_err(at(name, head.line))?;
-        let missing = |fault: fn(Vec<String>) -> TableError| {
-            Err(at(name, head.line)(fault(head.names.clone())))
-        };
-        if plan.is_static {
-            return missing(TableError::no_time);
-        }
         if plan.gauges.names.is_empty() {
-            return missing(TableError::no_gauges);
+            return Err(at(name, head.line)(TableError::no_gauges(head.names.clone())));
         }
         let rows = Rows::read(opened, &head, &plan, &progress).map_err(of_file(name))?;
         if rows.times.is_empty() {
             return Err(at(name, plan.line)(TableError::NoRows));
         }
-        let by_values = plan.time_scale == TimeScale::ByValues;
-        let assumed_unit = match source.step_secs.filter(|_| by_values) {
+        let assumed_unit = match source.step_secs.filter(|_| plan.per_second.is_none()) {
             Some(_) if source.time_unit.is_some() => source.time_unit,
             Some(_) if rows.times.len() < n_needed => return Ok(None),
             Some(secs) => {
@@ -254,66 +251,69 @@ impl LiveTable {
             None => None,
         };
         let by_values = || timeline::unit_by_values(&rows.times, 0.0);
+        let per_second = || assumed_unit.unwrap_or_else(by_values).per_second();
         Ok(Some(Self {
-            per_second: match plan.time_scale {
-                TimeScale::PerSecond(per_second) => per_second,
-                TimeScale::ByValues => assumed_unit.unwrap_or_else(by_values).per_second(),
-            },
+            per_second: plan.per_second.unwrap_or_else(per_second),
             assumed_unit,
             held: vec![Newest::NONE; plan.auxiliary.names.len()],
             plan,
             keys,
             n_rows: 0.0,
-            device: None,
+            form,
+            clock: RowClock::new(source.rate_hz),
+            times_from: None,
+            may_have_more: source.form.is_some(),
             start: Instant::now(),
             header: None,
-            messages: None,
-            between: None,
             n_above: head.n_lines as usize,
         }))
     }
 
-    /// Reads one line that arrives now. Returns `None` if more lines belong to the same row.
-    pub fn row(&mut self, line: &str) -> Result<Option<LiveRow>, Rejected> {
+    /// Reads one line that arrives now.
+    pub fn row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
         self.row_at(line, self.start.elapsed().as_secs_f64())
     }
 
     /// Reads one line that arrived at this time (s).
-    pub fn row_at(&mut self, line: &str, secs: f64) -> Result<Option<LiveRow>, Rejected> {
-        let message;
-        let line = match &mut self.messages {
-            Some(messages) if !line.starts_with('{') => match messages.push(line) {
-                Some(whole) => {
-                    message = whole;
-                    &message
-                }
-                None => return Ok(None),
-            },
-            _ => line,
+    pub fn row_at(&mut self, line: &str, secs: f64) -> Result<LiveRow, Rejected> {
+        // The texts in a JSON line with its own times are left as they are.
+        let (stamp, row) = match self.keys {
+            Some(_) if !self.plan.is_static => (None, line),
+            _ => without_stamp(line),
         };
-        let plain;
-        let line = match &self.between {
-            Some((n, between)) => {
-                let found = scattered_numbers(line, *n).filter(|(_, text)| text == between);
-                plain = found.ok_or_else(|| Rejected {
-                    time: None,
-                    why: "the text of the line differs from that of the first rows".to_owned(),
-                })?;
-                &plain.0
-            }
-            None => line,
-        };
-        let Some(device) = &mut self.device else {
-            let line = if self.keys.is_some() { line } else { without_stamp(line).1 };
-            return self.table_row(line).map(Some);
-        };
-        let misfit = device.misfit(line);
-        let translated = device.line(line, secs);
-        let row = translated.map(|line| self.table_row(&line)).transpose();
-        row.map_err(|own| Rejected { why: misfit.unwrap_or(own.why), ..own })
+        if let Some(why) = self.misfit(row) {
+            let time = self.plan.is_static.then(|| self.clock.time(stamp, secs, false));
+            return Err(Rejected { time, why });
+        }
+        if self.form == RowForm::Pairs {
+            return self.table_row(&pairs_as_json(row), stamp, secs);
+        }
+        self.table_row(row, stamp, secs)
     }
 
-    fn table_row(&mut self, line: &str) -> Result<LiveRow, Rejected> {
+    /// Returns a message if a line of plain numbers has fewer values than the calibration needs, or more than the first rows
+    /// had. No load can be computed from such a line.
+    fn misfit(&self, row: &str) -> Option<String> {
+        let needed = self.plan.columns.len();
+        let n = cells(row, self.plan.text.delimiter).filter(|cell| !cell.is_empty()).count();
+        match n.cmp(&needed) {
+            _ if !self.form.is_numbers() => None,
+            Ordering::Less => {
+                Some(format!("the line has {n} of the {needed} values that the calibration needs"))
+            }
+            Ordering::Greater if !self.may_have_more => {
+                Some(format!("the line has {n} values, but the first rows had {needed}"))
+            }
+            _ => None,
+        }
+    }
+
+    fn table_row(
+        &mut self,
+        line: &str,
+        stamp: Option<&str>,
+        arrived_secs: f64,
+    ) -> Result<LiveRow, Rejected> {
         let columns;
         let part = match &self.keys {
             Some(keys) => {
@@ -327,11 +327,16 @@ impl LiveTable {
         };
         let rows = Rows::parse(part.clone(), &self.plan);
         let of_row = rows.times.first().copied();
-        let time = of_row.or_else(|| Rows::time_of_first(part, &self.plan, 0.0));
-        let is_counted = self.plan.time_column.is_none();
-        let time = time.map(|time| if is_counted { self.n_rows } else { time } / self.per_second);
-        // If the row number gives the time, a row that cannot be used is counted, too.
-        self.n_rows += f64::from(time.is_some());
+        let time = if self.plan.is_static {
+            Some(self.clock.time(stamp, arrived_secs, of_row.is_some()))
+        } else {
+            let time = of_row.or_else(|| Rows::time_of_first(part, &self.plan, 0.0));
+            let is_counted = self.plan.time_column.is_none();
+            let time = time.map(|time| if is_counted { self.n_rows } else { time });
+            // If the row number gives the time, a row that cannot be used is counted, too.
+            self.n_rows += f64::from(time.is_some());
+            time.map(|time| time / self.per_second)
+        };
         let (Some(_), Some(secs)) = (of_row, time) else {
             let why = match rows.findings.most_skipped() {
                 Some((Cause::Cell { column, value, .. }, _)) => {
@@ -409,8 +414,8 @@ mod tests {
         while let Some(line) = lines.next() {
             if let Some(mut table) = head.push(line.clone(), source)? {
                 let kept = head.into_kept().map(|kept| table.row_at(&kept.line, kept.secs));
-                let mut rows: Vec<_> = kept.filter_map(|row| row.ok().flatten()).collect();
-                rows.extend(lines.filter_map(|line| table.row(line).ok().flatten()));
+                let mut rows: Vec<_> = kept.filter_map(|row| row.ok()).collect();
+                rows.extend(lines.filter_map(|line| table.row(line).ok()));
                 return Ok(Some((table, rows)));
             }
         }
@@ -455,7 +460,7 @@ mod tests {
         let mut table = table.map_or_else(|| head.end(source), Ok)?;
         let places = table.places(source.gauges, source.auxiliary).unwrap();
         let kept: Vec<String> = head.into_kept().map(|own| own.line).collect();
-        let rows = kept.iter().chain(&lines[n..]).filter_map(|line| table.row(line).ok().flatten());
+        let rows = kept.iter().chain(&lines[n..]).filter_map(|line| table.row(line).ok());
         Ok(rows.map(|row| (places.gauges(&row), row.time)).collect())
     }
 
@@ -596,35 +601,15 @@ mod tests {
             assert!(rows.iter().all(|(gauges, _)| gauges[..] == [1.0, 2.0, 4.0]), "{row} {rows:?}");
             Some(rows.len())
         };
-        let ros = "layout:\n  dim: []\n  data_offset: 0\ndata:\n- 1.0\n- 2.0\n- 4.0\n---";
-        let fields = "header:\n  stamp:\n    sec: 5\n    nanosec: 0\nS1: 1\nS2: 2\nS3: 4.0\n---";
         for (row, n) in [
             ("( 1 , 2 , 4 )", 60),
             ("[1, 2, 4]", 60),
             ("S1=1 S2=2 S3=4", 60),
             ("S1: 1 mV/V, S3: 4 mV/V, S2: 2 mV/V", 60),
             ("S1=1mV;S2=2mV;S3=4e0mV", 60),
-            ("S3: 4\nS1: 1\nS2: 2", 59),
-            (ros, 60),
-            (fields, 60),
-            ("data: [1, 2, 4]\n---", 60),
         ] {
             let found = read(row, None, None);
             assert!(found.is_some_and(|found| found >= n), "{row}: {found:?}");
-        }
-        let n = Some(RowForm::Numbers);
-        let names = Some("S1,S2,S3");
-        let timed = Some("_,S1,S2,S3");
-        for (row, form, header) in [
-            ("1 mV/V, 2 mV/V, 4 mV/V", n, None),
-            ("Reading: 1 2 4", n, None),
-            ("a0=1 a1=2 a2=4", n, None),
-            ("<1|2|4>", n, None),
-            ("a0=1 a1=2 a2=4", Some(RowForm::Table), names),
-            ("counter 7 values 1;2;4.0e0", Some(RowForm::Table), timed),
-        ] {
-            assert_eq!(read(row, None, None), None, "{row}");
-            assert_eq!(read(row, form, header), Some(60), "{row}");
         }
         for row in ["can0  123   [8]  11 22 33 44 55 66 77 88", "7,1,2,4", "0,0,1,2,4,9"] {
             assert_eq!(read(row, None, None), None, "{row}");
@@ -704,7 +689,7 @@ mod tests {
         assert_eq!(table.row("30,x,2,0").unwrap_err().why, "S1 is \"x\"");
         let short = table.row("30,1").unwrap_err().why;
         assert_eq!(short, "the row has 2 cells, but the table has 4 columns");
-        assert_eq!(table.row("30,4,5,0.001"), Ok(Some(row(0.03, [4.0, 5.0], 1.0))));
+        assert_eq!(table.row("30,4,5,0.001"), Ok(row(0.03, [4.0, 5.0], 1.0)));
     }
 
     #[test]
@@ -713,11 +698,11 @@ mod tests {
         assert_eq!(table.auxiliary_names(), ["T"]);
         assert!(rows[0].auxiliary[0].is_nan());
         assert!((rows[1].auxiliary[0] - 100.0).abs() < 1e-12);
-        let held = table.row("2,3,").unwrap().unwrap();
+        let held = table.row("2,3,").unwrap();
         assert_eq!(held.auxiliary, rows[1].auxiliary);
         assert_eq!([rows[1].auxiliary_ages[0], held.auxiliary_ages[0]], [(0.0, 0.0), (1.0, 0.0)]);
         table.row("3,3,213").unwrap();
-        assert_eq!(table.row("9,3,").unwrap().unwrap().auxiliary_ages[0], (6.0, 2.0));
+        assert_eq!(table.row("9,3,").unwrap().auxiliary_ages[0], (6.0, 2.0));
     }
 
     #[test]
@@ -728,7 +713,7 @@ mod tests {
         assert_eq!(table.places(&own, &[]).unwrap().gauges, [0, 1]);
         assert!(table.places(&own[1..], &[]).is_err());
         assert_eq!((rows[0].time, &rows[0].gauges[..]), (0.5, &[1.0, 2.5][..]));
-        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap().unwrap();
+        let row = table.row(r#"{"Fz": 4, "time": 0.6, "gauges": [7, 8]}"#).unwrap();
         assert_eq!((row.time, row.gauges, row.loads), (0.6, vec![7.0, 8.0], vec![4.0]));
         let nested =
             r#"{"header": {"stamp": {"sec": 7, "nanosec": 250000000}}, "gauges": [1], "Fz": 3}"#;
@@ -757,7 +742,7 @@ mod tests {
         let file = &file.recordings[0];
         let (mut table, mut rows) = begun(&lines, of(None)).unwrap().unwrap();
         let n_read = rows.len();
-        rows.extend(lines[n_read..].iter().map(|line| table.row(line).unwrap().unwrap()));
+        rows.extend(lines[n_read..].iter().map(|line| table.row(line).unwrap()));
         assert_eq!(table.gauge_names(), file.gauge_names());
         assert_eq!(table.auxiliary_names(), ["temp_degC"]);
         assert_eq!(table.axes(), file.axes());

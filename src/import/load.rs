@@ -20,7 +20,7 @@ use crate::{
         timeline, weigh,
     },
     progress::Progress,
-    recording::{Recording, Weight},
+    recording::Recording,
     shown::listed,
 };
 
@@ -50,15 +50,16 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Returns what a calibration still has to know, with the text for `--columns` that answers it.
-    pub fn asked(&self) -> Option<(String, String)> {
+    /// Returns what a calibration still has to know, with the text for `--columns` that answers it
+    /// if a column can. `None` if it knows all.
+    pub fn asked(&self) -> Option<(String, Option<String>)> {
         let Mapped { questions, columns, .. } = &self.mapped;
         let mut asked = questions.clone();
         let missing = self.recordings.iter().find_map(Recording::missing);
         asked.extend(Question::about_missing(missing, questions, columns));
         asked.retain(Question::is_about_load);
         let texts: Vec<String> = asked.iter().map(|question| question.text(columns)).collect();
-        Some((texts.join(" "), answer(&asked, columns)?))
+        (!texts.is_empty()).then(|| (texts.join(" "), answer(&asked, columns)))
     }
 
     /// Returns the open questions about the load.
@@ -136,10 +137,6 @@ impl<'a> Reading<'a> {
         weigh::weigh(&mut gauges, weight)?;
         for note in about.into_iter().chain(std::mem::take(&mut mapped.notes)) {
             gauges.rows.findings.note(gauges.plan.line, note);
-        }
-        gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
-        if let Some(within_secs) = map.average_bursts_secs {
-            assemble::average_bursts(&gauges.plan, &mut gauges.rows, within_secs);
         }
         let mut reference = self.reference(path, map)?;
         if let Some(own) = &mut reference {
@@ -258,6 +255,7 @@ impl Sides {
             two_clocks::join(&mut gauges, &mut reference, &map.join)?;
             of_reference = reference.rows.findings.into_findings(&reference.path);
         }
+        gauges.rows.hold_auxiliary(&mut gauges.plan, map.gap_secs);
         let (recordings, findings) = if is_static {
             assemble::without_times(gauges)?
         } else {
@@ -266,10 +264,7 @@ impl Sides {
         let assumed_gap_secs = findings.assumed_gap_secs();
         let mut warnings = findings.into_findings(&path);
         warnings.append(&mut of_reference);
-        let weight = map.weight.as_ref().filter(|weight| weight.mounts.is_empty());
-        let tool = weight.and_then(|weight| {
-            Some(Weight { mass_kg: weight.mass_kg?, centre_m: weight.centre_m? })
-        });
+        let tool = map.weight.as_ref().and_then(WeightMap::weight);
         let finished = |recording: Recording| {
             let recording = recording.with_tool(tool);
             match map.tare {

@@ -81,8 +81,8 @@ fn missing_auxiliary_values_are_reported_and_known_to_the_recording() {
     let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default());
     let (recording, findings) = single(loaded);
     // The slow thermometer continues after five of its steps.
-    let (column, name, longest_secs) = (Some(4), "temperature".to_owned(), Some(0.61));
-    assert_eq!(findings, [Cause::HeldAuxiliary { column, name, n_rows: 61, longest_secs }]);
+    let (name, longest_secs) = ("temperature".to_owned(), Some(0.61));
+    assert_eq!(findings, [Cause::HeldAuxiliary { name, n_rows: 61, longest_secs }]);
     let is_held = |recording: &Recording, t: f64| recording.auxiliary().is_held_at(t);
     let held = [0.2, 0.99, 1.0, 1.59, 1.6].map(|t| is_held(&recording, t));
     assert_eq!(held, [false, false, true, true, false]);
@@ -270,18 +270,6 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
 }
 
 #[test]
-fn bursts_are_averaged_if_the_map_requires_it() {
-    let parts = format!("{HEADERLESS}, \"average_bursts_secs\": 0.002");
-    let text = "0;1;;1\n1;2;;2\n2;3;;3\n\n100;4;;4\n101;6;;6\n";
-    let (recording, findings) = single(read_one(text, &parts));
-    assert_eq!(recording.times(), [0.001, 0.1005]);
-    assert_eq!(recording.gauges(), [-4.0, -10.0]);
-    assert_eq!(recording.loads(), [-500.0, -1250.0]);
-    let averaged = Cause::AveragedBursts { n_before: 5, n_after: 2 };
-    assert_eq!(findings, [averaged]);
-}
-
-#[test]
 fn a_held_reference_is_reported() {
     let mut text = String::from("t_s,S1,Fx\n");
     for k in 0..200 {
@@ -424,7 +412,7 @@ fn the_number_of_skipped_lines_is_that_of_the_map() {
     assert_eq!(recording.gauges(), [-6.0, -8.0]);
 }
 
-/// The largest floating-point numbers, when interpolated, averaged and scaled, are removed and never become infinite.
+/// The largest floating-point numbers, when interpolated and scaled, are removed and never become infinite.
 #[test]
 fn numbers_at_the_end_of_the_range_stay_finite_or_are_removed() {
     let slow = r#""table": { "shape": { "columns": 2 }, "sample_rate_hz": 0.1, "columns": [
@@ -436,9 +424,6 @@ fn numbers_at_the_end_of_the_range_stay_finite_or_are_removed() {
     assert!(read_one("1.5e308,1\n", slow).is_err());
     let blended = read_one("1,1,0,-1.7e308\n1.5,1,2000,1.7e308\n", TWO_CLOCKS).unwrap_err();
     assert!(matches!(blended, ReadError::ClocksApart { .. }));
-    let averaged = format!("{HEADERLESS}, \"average_bursts_secs\": 1");
-    let (recording, _) = single(read_one("0;0;;8e307\n1;0;;-8e307\n", &averaged));
-    assert_eq!(recording.gauges(), [0.0]);
 }
 
 #[test]

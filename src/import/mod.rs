@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn a_file_without_usable_rows_gives_the_reason() {
         let culprit = error("t,S1,S2\n0,1,nan\n1,x,nan\n2,3\n").to_string();
-        assert!(culprit.contains("run.csv, line 1: gauge S2 (column 3) has no number in any row"));
+        assert!(culprit.contains("run.csv, line 1: column 3 (S2) has no number in any row"));
         let first = error("t,S1,S2\n0,x,1\n1,2,y\n").to_string();
         assert!(first.contains("run.csv, line 2: column 2 (S1) contains \"x\""));
         assert!(first.contains("No other row of the table is usable"));

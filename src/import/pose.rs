@@ -1,6 +1,6 @@
 //! Computes the load of a known weight from the pose of the sensor ("Calc." in the paper of Koike et al., 2019). Also
 //! estimates a weight from poses and measured loads. Numbers that do not describe a rotation are never used as an
-//! orientation. Without acceleration, the computed force never exceeds the weight.
+//! orientation.
 
 use faer::{Mat, Side};
 
@@ -9,7 +9,7 @@ use crate::{
     import::map::{Angles, Attitude},
     recording::{
         kinetics::{
-            Rotation, Weight, cross, load_of_pull, pull_in_sensor, rotation_from_quaternion,
+            Rotation, cross, pull_in_sensor, rotation_from_quaternion,
             rotation_from_roll_pitch_yaw, rotation_from_vector,
         },
         white_noise,
@@ -19,20 +19,10 @@ use crate::{
 /// Maximum deviation of a matrix from a rotation matrix. It applies to each dot product of two rows, which is 1 or 0 for a
 /// rotation.
 const ROTATION_TOLERANCE: f64 = 0.02;
-/// Minimum number of poses in the smoothing time from which an acceleration is computed. A parabola through fewer positions
-/// would follow their noise.
-const FEWEST_POSES: usize = 5;
 /// Minimum variance of the direction of gravity in the sensor's frame for which a weight can be estimated.
 const MIN_TURNING: f64 = 1e-3;
 /// Minimum product of the variances of the direction of gravity along two axes, for which a centre of mass can be estimated.
 const MIN_TURNING_TWICE: f64 = 1e-6;
-
-#[derive(Clone, Copy, Debug)]
-pub struct Pose {
-    pub rotation: Rotation,
-    /// Position of the sensor in the world (m); zero if unknown.
-    pub position_m: [f64; 3],
-}
 
 /// Returns the rotation (sensor to world) that these numbers describe. They are in the order of [`Attitude::parts`], angles
 /// in rad. `None` if the numbers do not describe a rotation.
@@ -67,79 +57,6 @@ fn is_rotation(rotation: &Rotation) -> bool {
         && is(dot(x, z), 0.0)
         && is(dot(y, z), 0.0)
         && is(handedness, 1.0)
-}
-
-/// Returns, for each pose, the acceleration of the weight's centre of mass in the world (m/s²).
-///
-/// A parabola is fitted to the path of the centre in a time window of `smoothing_secs` around each pose. The window ends
-/// where time goes back or the weight changes. The window contains later poses, so the result is only for reference loads.
-/// With fewer than five poses in the window, the acceleration is zero.
-pub fn accelerations(
-    times: &[f64],
-    poses: &[Pose],
-    weights: &[Weight],
-    smoothing_secs: f64,
-) -> Vec<[f64; 3]> {
-    let centres: Vec<[f64; 3]> = poses
-        .iter()
-        .zip(weights)
-        .map(|(pose, weight)| {
-            std::array::from_fn(|i| pose.position_m[i] + dot(&pose.rotation[i], &weight.centre_m))
-        })
-        .collect();
-    let half = smoothing_secs / 2.0;
-    let (mut start, mut end) = (0, 0);
-    let mut accelerations = Vec::with_capacity(times.len());
-    for k in 0..times.len() {
-        end = end.max(k + 1);
-        while end < times.len() && (times[end - 1]..=times[k] + half).contains(&times[end]) {
-            end += 1;
-        }
-        if k > 0 && (times[k] < times[k - 1] || weights[k] != weights[k - 1]) {
-            start = k;
-        }
-        while times[start] < times[k] - half {
-            start += 1;
-        }
-        let end = start + weights[start..end].iter().take_while(|w| **w == weights[k]).count();
-        accelerations.push(second_derivative(&times[start..end], &centres[start..end], times[k]));
-    }
-    accelerations
-}
-
-/// Returns the second derivative of the least-squares parabola through the positions of a path (m/s²); zero if the path has
-/// too few positions.
-fn second_derivative(times: &[f64], path: &[[f64; 3]], now: f64) -> [f64; 3] {
-    if times.len() < FEWEST_POSES {
-        return [0.0; 3];
-    }
-    // `own` is t² minus its least-squares line in t. It is orthogonal to lines, so the positions and `own` alone give the
-    // curvature.
-    let n = times.len() as f64;
-    let mean = times.iter().map(|t| t - now).sum::<f64>() / n;
-    let t = |time: &f64| time - now - mean;
-    let m2 = times.iter().map(|x| t(x).powi(2)).sum::<f64>() / n;
-    let m3 = times.iter().map(|x| t(x).powi(3)).sum::<f64>() / n;
-    if m2 == 0.0 {
-        return [0.0; 3];
-    }
-    let own = |time: &f64| t(time).powi(2) - m2 - m3 / m2 * t(time);
-    let size = times.iter().map(|x| own(x).powi(2)).sum::<f64>();
-    if size <= f64::EPSILON * n * m2 * m2 {
-        return [0.0; 3];
-    }
-    let middle = path[path.len() / 2];
-    std::array::from_fn(|i| {
-        let along = times.iter().zip(path).map(|(x, p)| own(x) * (p[i] - middle[i]));
-        2.0 * along.sum::<f64>() / size
-    })
-}
-
-/// Returns the load (N, N·m) of a weight on the sensor. Gravity and acceleration are along the axes of the world's frame
-/// (m/s²).
-pub fn load(pose: &Pose, weight: &Weight, gravity: [f64; 3], acceleration: [f64; 3]) -> [f64; 6] {
-    let pull = std::array::from_fn(|i| gravity[i] - acceleration[i]);
-    load_of_pull(&pose.rotation, weight, pull)
 }
 
 #[derive(Debug, PartialEq, serde::Serialize)]
@@ -280,9 +197,12 @@ fn estimate(
     let squares: f64 = spread.iter().flatten().map(|x| x * x).sum();
     let twice = trace * trace - squares;
     let is_turned_twice = twice > MIN_TURNING_TWICE * scale * scale;
-    let rms = |measured: &[[f64; 3]], expected: &dyn Fn([f64; 3]) -> [f64; 3]| {
+    let rms = |pulls: &[[f64; 3]],
+               measured: &[[f64; 3]],
+               offset: [f64; 3],
+               load: &dyn Fn([f64; 3]) -> [f64; 3]| {
         let squares = pulls.iter().zip(measured).map(|(pull, measured)| {
-            let left = difference(measured, &expected(*pull));
+            let left = difference(&difference(measured, &load(*pull)), &offset);
             dot(&left, &left)
         });
         (squares.sum::<f64>() / (3.0 * n)).sqrt()
@@ -293,10 +213,7 @@ fn estimate(
         let mass_kg = along / trace;
         let turned = |pull: [f64; 3]| turn.map(|row| dot(&row, &pull));
         let offset = difference(&force_mean, &turned(pull_mean).map(|pull| mass_kg * pull));
-        let left = rms(forces, &|pull| {
-            let pull = turned(pull);
-            std::array::from_fn(|i| mass_kg * pull[i] + offset[i])
-        });
+        let left = rms(pulls, forces, offset, &|pull| turned(pull).map(|pull| mass_kg * pull));
         (mass_kg, offset, left)
     };
     const UPRIGHT: Rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -350,12 +267,8 @@ fn estimate(
         });
         let first_moment = solve(&matrix, right);
         let offset = difference(&moment_mean, &cross(first_moment, pull_mean));
-        let squares = pulls.iter().zip(moments).map(|(pull, measured)| {
-            let own = cross(first_moment, *pull);
-            let left = difference(measured, &std::array::from_fn(|i| own[i] + offset[i]));
-            dot(&left, &left)
-        });
-        estimate.moment_rms = Some((squares.sum::<f64>() / (3.0 * n)).sqrt());
+        let moment = |pull| cross(first_moment, pull);
+        estimate.moment_rms = Some(rms(&pulls, moments, offset, &moment));
         estimate.centre_m = Some(first_moment.map(|x| x / mass_kg));
         estimate.moment_offset = Some(offset);
     }
@@ -409,7 +322,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     use super::*;
-    use crate::recording::kinetics::STANDARD_GRAVITY;
+    use crate::recording::kinetics::{STANDARD_GRAVITY, Weight, load_of_pull};
 
     const GRAVITY: [f64; 3] = [0.0, 0.0, -STANDARD_GRAVITY];
 
@@ -453,43 +366,6 @@ mod tests {
         assert_eq!(of(Attitude::Matrix, &mirror), None);
         assert_eq!(of(Attitude::Matrix, &[1.0; 9]), None);
         assert!(of(Attitude::RotationVector, &[0.0; 3]).is_some());
-    }
-
-    /// A turntable rotates with ω about the vertical z axis, with a weight at c. In its own frame the sensor carries
-    /// `F = m (ω² c_x, ω² c_y, −g)`. A parabola over 21 ms flattens the circle by less than (3 · 0.0105)² / 6 = 0.02 % of 2 N.
-    #[test]
-    fn a_turntable_pulls_its_weight_outwards() {
-        let (omega, weight) = (3.0, Weight { mass_kg: 2.0, centre_m: [0.1, -0.05, 0.2] });
-        let times: Vec<f64> = (0..400).map(|k| f64::from(k) * 1e-3).collect();
-        let pose = |t: &f64| Pose {
-            rotation: rotation_from_roll_pitch_yaw(0.0, 0.0, omega * t),
-            position_m: [0.5, 0.0, 0.0],
-        };
-        let poses: Vec<Pose> = times.iter().map(pose).collect();
-        let accelerations = accelerations(&times, &poses, &vec![weight; 400], 0.021);
-        let [cx, cy, _] = weight.centre_m;
-        let outwards = 2.0 * omega * omega;
-        for k in 20..380 {
-            let load = load(&poses[k], &weight, GRAVITY, accelerations[k]);
-            let force = [outwards * cx, outwards * cy, -2.0 * STANDARD_GRAVITY];
-            assert_close(&load[..3], &force, 1e-3);
-            assert_close(&load[3..], &cross(weight.centre_m, force), 1e-3);
-        }
-    }
-
-    #[test]
-    fn a_pause_or_another_weight_is_no_acceleration() {
-        let weight = |mass_kg| Weight { mass_kg, centre_m: [0.1, 0.0, 0.0] };
-        let upright = rotation_from_roll_pitch_yaw(0.0, 0.0, 0.0);
-        let pose = |x| Pose { rotation: upright, position_m: [x, 0.0, 0.0] };
-        let times = [0.0, 0.1, 0.2, 0.3, 0.4, 0.0, 0.1, 0.2, 0.3, 0.4];
-        let poses: Vec<Pose> = (0..10).map(|k| pose(if k < 5 { 0.0 } else { 9.0 })).collect();
-        let one = vec![weight(1.0); 10];
-        let none = vec![[0.0; 3]; 10];
-        assert_eq!(accelerations(&times, &poses, &one, 10.0), none);
-        let times: Vec<f64> = (0..10).map(f64::from).collect();
-        let two: Vec<Weight> = (0..10).map(|k| weight(if k < 5 { 1.0 } else { 2.0 })).collect();
-        assert_eq!(accelerations(&times, &poses, &two, 100.0), none);
     }
 
     #[test]
@@ -545,8 +421,7 @@ mod tests {
         for case in ["plain", "opposite", "turned", "world"] {
             let (mut forces, mut moments) = (Vec::new(), Vec::new());
             for (k, rotation) in rotations.iter().enumerate() {
-                let pose = Pose { rotation: *rotation, position_m: [0.0; 3] };
-                let own = load(&pose, &weight, GRAVITY, [0.0; 3]);
+                let own = load_of_pull(rotation, &weight, GRAVITY);
                 let (force, moment) = ([own[0], own[1], own[2]], [own[3], own[4], own[5]]);
                 let change = |v: [f64; 3]| match case {
                     "opposite" => v.map(|x| -x),

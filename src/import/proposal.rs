@@ -254,7 +254,10 @@ impl<'a> Proposal<'a> {
         let start = chosen - chosen.saturating_sub(first) % width;
         self.read = start.max(first)..start.max(first) + width;
         let n_tables = (names.len() - first) / width;
-        self.columns.iter_mut().for_each(|own| own.why = Reason::Shown);
+        // The tables need not be equally long.
+        self.columns
+            .iter_mut()
+            .for_each(|column| (column.why, column.is_filled) = (Reason::Shown, true));
         self.notes.push(Cause::SideBySide {
             n_tables,
             first: self.read.start + 1,
@@ -269,39 +272,34 @@ impl<'a> Proposal<'a> {
         const REFERENCES: [&str; 7] =
             ["ati", "ref", "reference", "referenz", "truth", "gt", "ground_truth"];
         // A repeated name without a path belongs to another device, such as the second of two plates.
-        let mut sources: Vec<(&str, Vec<Axis>, Vec<usize>)> = Vec::new();
+        let mut sources: Vec<(&str, Vec<(Axis, usize)>)> = Vec::new();
         for (index, column) in self.columns.iter().enumerate() {
             let Some(Kind::Load(axis)) = column.named.kind else { continue };
             if !self.read.contains(&index) {
                 continue;
             }
             let source = column.named.source.as_str();
-            let is_open = |(own, axes, _): &&mut (&str, Vec<Axis>, Vec<usize>)| {
-                *own == source && !axes.contains(&axis)
+            let is_open = |(other, loads): &&mut (&str, Vec<(Axis, usize)>)| {
+                *other == source && loads.iter().all(|(other, _)| *other != axis)
             };
             match sources.iter_mut().find(is_open) {
-                Some((_, axes, indices)) => {
-                    axes.push(axis);
-                    indices.push(index);
-                }
-                None => sources.push((source, vec![axis], vec![index])),
+                Some((_, loads)) => loads.push((axis, index)),
+                None => sources.push((source, vec![(axis, index)])),
             }
         }
-        let n_with =
-            |axis: &Axis| sources.iter().filter(|(_, axes, _)| axes.contains(axis)).count();
-        if Axis::ALL.iter().all(|axis| n_with(axis) <= 1) {
+        let all = || sources.iter().flat_map(|(_, loads)| loads);
+        if Axis::ALL.iter().all(|axis| all().filter(|(other, _)| other == axis).count() <= 1) {
             return;
         }
         let is_called_so =
             |source: &str| source.split(['/', '_']).any(|word| REFERENCES.contains(&word));
-        let rank =
-            |(source, axes, _): &&(&str, Vec<Axis>, Vec<usize>)| (is_called_so(source), axes.len());
         // The order is reversed, because `max_by_key` returns the last of equal elements, and the first is wanted.
-        let used = sources.iter().rev().max_by_key(rank);
-        let used = used.map_or_else(Vec::new, |(.., indices)| indices.clone());
-        let mut others: Vec<usize> =
-            sources.into_iter().flat_map(|(.., indices)| indices).collect();
-        others.retain(|index| !used.contains(index));
+        let used = sources.iter().rev();
+        let used = used.max_by_key(|(source, loads)| (is_called_so(source), loads.len()));
+        let used = used.map_or(&[][..], |(_, loads)| loads);
+        let (used, mut others): (Vec<usize>, Vec<usize>) = all()
+            .map(|(_, index)| *index)
+            .partition(|index| used.iter().any(|(_, other)| other == index));
         others.sort_unstable();
         let names =
             |of: &[usize]| of.iter().map(|index| self.columns[*index].named.name.clone()).collect();
@@ -485,7 +483,7 @@ impl<'a> Proposal<'a> {
                     let why = if has_unit { Reason::Unit } else { Reason::Name };
                     self.give(index, ColumnRole::Load(axis), why);
                 }
-                _ => self.open(About::LoadAxis, of.into_iter().map(|index| index + 1).collect()),
+                _ => self.open(About::Load, of.into_iter().map(|index| index + 1).collect()),
             }
         }
     }
@@ -596,7 +594,7 @@ impl<'a> Proposal<'a> {
         let by_values = numbers(&mut gauges.filter(|own| own.why == Reason::Moves));
         let clocks = self.with_role(|role| role == ColumnRole::Channel);
         let clocks = numbers(&mut clocks.filter(|own| own.runs_like_clock && own.is_even));
-        let is_asked = self.questions.iter().any(|own| own.about == About::LoadAxis);
+        let is_asked = self.questions.iter().any(|question| question.about == About::Load);
         if !doubtful.is_empty() {
             self.open(About::LoadUnit, doubtful);
         }
@@ -735,7 +733,6 @@ impl<'a> Proposal<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::Use;
     use super::super::tests::plan_and_notes;
     use super::*;
     use crate::import::error::{ReadError, TableError};
@@ -743,8 +740,9 @@ mod tests {
     #[test]
     fn the_first_time_is_used_and_the_others_are_reported() {
         let (plan, notes) = plan_and_notes("label,stamp,S1,time,,").unwrap();
-        let gauge = Use::Gauge { factor: 1.0 };
-        assert_eq!(plan.uses, [Use::Ignored, Use::Time, gauge, Use::Ignored]);
+        let roles: Vec<ColumnRole> = plan.columns.iter().map(|own| own.is).collect();
+        use ColumnRole::{Gauge, Ignore, Time};
+        assert_eq!(roles, [Ignore, Time, Gauge, Ignore]);
         let several = Cause::SeveralTimes { used: "stamp".into(), others: vec!["time".into()] };
         let ignored = Cause::IgnoredColumns { names: vec!["label".into()] };
         assert_eq!(notes, [several, ignored]);

@@ -31,9 +31,7 @@ pub struct Question {
 pub enum About {
     /// Is one of these columns the time of the reference?
     ReferenceClock,
-    /// Which of these columns, all of which look like loads, is the reference?
-    LoadAxis,
-    /// Which of these columns, which are read as gauges, is the reference, if any?
+    /// Which of these columns, which look like loads or are read as gauges, is the reference, if any?
     Load,
     /// Which of these columns are the gauges? None of the columns is one.
     Gauges,
@@ -89,7 +87,7 @@ impl Question {
                 !map.has_two_clocks() && asked.any(is_unused)
             }
             About::Gauges => asked.all(|own| own.is != ColumnRole::Gauge),
-            About::LoadAxis | About::Load => {
+            About::Load => {
                 let mut rules = map.reference_table().columns.iter();
                 let has_loads = rules.any(|rule| rule.is.is_load());
                 !has_loads && map.weight.is_none() && map.reference.is_none()
@@ -102,7 +100,7 @@ impl Question {
     pub(crate) fn short(&self) -> &'static str {
         match self.about {
             About::ReferenceClock => "Is this the time of the reference?",
-            About::LoadAxis | About::Load => "Is this the reference load?",
+            About::Load => "Is this the reference load?",
             About::Gauges => "Is this a gauge?",
             About::LoadUnit => "Which unit?",
         }
@@ -138,7 +136,7 @@ impl Question {
         let asked = self.columns.iter().map(|number| &columns[number - 1]);
         match self.about {
             About::ReferenceClock => Vec::new(),
-            About::LoadAxis | About::Load => {
+            About::Load => {
                 // A reference has mostly round values, so that it has the fewest different ones.
                 let load = asked.min_by_key(|own| {
                     let is_force = own.named.name.eq_ignore_ascii_case("f");
@@ -149,12 +147,11 @@ impl Question {
                     let (axis, unit) = load.usual_load();
                     format!("{}={} {}", load.key(columns), axis.symbol(), unit.unwrap_or("N"))
                 };
-                vec![load.map_or_else(|| "COLUMN=Fz N".to_owned(), answer)]
+                Vec::from_iter(load.map(answer))
             }
             About::Gauges => {
                 let gauge = asked.min_by_key(|own| own.is_other_quantity());
-                let key = gauge.map_or_else(|| "COLUMN".to_owned(), |own| own.key(columns));
-                vec![format!("{key}=gauge")]
+                Vec::from_iter(gauge.map(|gauge| format!("{}=gauge", gauge.key(columns))))
             }
             About::LoadUnit => {
                 let answer = |own: &ColumnReport| {
@@ -180,15 +177,20 @@ impl Question {
             About::ReferenceClock => format!(
                 "These columns also increase steadily like a time: {names}. If one of them is the time of the reference load, give it the role Reference clock."
             ),
-            About::LoadAxis => {
-                format!("Which of these columns is the reference load, and on which axis: {names}?")
+            About::Gauges | About::Load if self.columns.is_empty() => {
+                let is_load = self.about == About::Load;
+                let what = if is_load { "reference load" } else { "gauge" };
+                format!("There is no {what}, and no other column of numbers can be one.")
             }
-            About::Gauges => "There is no gauge. Which columns are the gauges?".to_owned(),
-            About::Load if self.columns.is_empty() => {
-                "There is no reference load. Which column is it?".to_owned()
+            About::Gauges => {
+                format!(
+                    "There is no gauge. Which columns are the gauges? They may be among {names}."
+                )
             }
             About::Load => {
-                format!("Which column is the reference load? It may be one of these: {names}.")
+                format!(
+                    "Which column is the reference load, and on which axis? It may be one of these: {names}."
+                )
             }
             About::LoadUnit => format!(
                 "Which unit does the load have in {names}? The file gives none, and the values need not be N or N·m. For counts, give the counts per unit, e.g. Fx=Fx N/1000."
@@ -197,7 +199,8 @@ impl Question {
     }
 }
 
-/// Returns the text for `--columns` that answers these questions; `None` if none of them is about a load.
+/// Returns the text for `--columns` that answers these questions; `None` if none of them is about a load, or no column can
+/// answer it.
 pub fn answer(questions: &[Question], columns: &[ColumnReport]) -> Option<String> {
     let all: Vec<String> = questions.iter().flat_map(|own| own.answer(columns)).collect();
     (!all.is_empty()).then(|| all.join(", "))

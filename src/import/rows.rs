@@ -12,7 +12,8 @@ pub(super) use values::is_overload;
 use values::{next_value, value_of};
 
 use super::{
-    plan::{Plan, PosePlan, TimeScale, Use},
+    map::ColumnRole,
+    plan::{Plan, PlannedColumn},
     warning::{Cause, Findings},
 };
 use crate::{
@@ -37,7 +38,7 @@ pub struct Rows {
     pub loads: Vec<f64>,
     /// Values of the channels that are only shown; NaN where a cell has no number.
     pub channels: Vec<f64>,
-    /// Numbers of the sensor's pose in each row, in the order of [`PosePlan`]. Empty after the loads were computed from them.
+    /// Numbers of the sensor's orientation in each row. Empty after the loads were computed from them.
     pub poses: Vec<f64>,
     pub findings: Findings,
     pub n_lines: u64,
@@ -72,6 +73,9 @@ struct LineRun {
     group: Box<str>,
 }
 
+/// Maximum number of numbers of an orientation, which are those of a rotation matrix.
+const WIDEST_POSE: usize = 9;
+
 struct Unusable;
 
 impl Rows {
@@ -90,7 +94,7 @@ impl Rows {
     /// Parses the rows of a block of a file. Lines are counted from the start of the block. Rows of arrays count as lines.
     pub fn parse(part: Part<'_>, plan: &Plan) -> Self {
         let mut rows = Self {
-            bad_cells: vec![0; plan.uses.len()],
+            bad_cells: vec![0; plan.columns.len()],
             counts_rows: plan.time_column.is_none(),
             ..Self::default()
         };
@@ -100,18 +104,18 @@ impl Rows {
                 // The number of rows is estimated from the length of the first line. A cell with its delimiter has at least
                 // two bytes.
                 let first_bytes = lines.peek().map_or(0, |line| line.len());
-                let line_bytes = first_bytes.max(2 * plan.uses.len());
+                let line_bytes = first_bytes.max(2 * plan.columns.len());
                 rows.reserve(block.len() / line_bytes + 1, plan);
                 let mut rest = block;
                 // If an ignored column holds texts in quotes, these may contain line breaks.
-                let has_texts = plan.uses.contains(&Use::Ignored);
+                let has_texts = plan.with_role(ColumnRole::Ignore).next().is_some();
                 while let Some(line) = lines.next() {
                     let mut text = line;
                     let mut n_lines = 1;
                     if has_texts
                         && memchr::memchr(b'"', line).is_some()
                         && let Some((whole, n_whole)) = whole_row(rest, line.len())
-                        && plan.text.row(whole).is_some_and(|row| row.count() == plan.uses.len())
+                        && plan.text.row(whole).is_some_and(|row| row.count() == plan.columns.len())
                     {
                         lines.by_ref().take(n_whole - 1).for_each(drop);
                         (text, n_lines) = (whole, n_whole);
@@ -147,11 +151,11 @@ impl Rows {
 
     /// Returns the time of a row, in the unit of the file. `None` if its cells give no time.
     pub fn time_of<'a>(cells: impl Iterator<Item = Cell<'a>>, plan: &Plan) -> Option<f64> {
-        let cells = cells.zip(&plan.uses).enumerate();
-        let own = cells.filter(|(_, (_, usage))| usage.is_time());
-        let mut own = own.map(|(at, (cell, usage))| Some(value_of(cell, *usage, at, plan).ok()?.0));
-        let first = own.next()??;
-        Some(first + own.sum::<Option<f64>>()?)
+        let cells = cells.zip(&plan.columns).enumerate();
+        let times = cells.filter(|(_, (_, column))| column.is_time());
+        let mut times = times.map(|(at, (cell, _))| Some(value_of(cell, at, plan).ok()?.0));
+        let first = times.next()??;
+        Some(first + times.sum::<Option<f64>>()?)
     }
 
     /// Returns the lists of times, gauges, auxiliary values, loads, channels and poses, each with its number of values per row.
@@ -170,7 +174,10 @@ impl Rows {
 
     /// Keeps only the rows with these indices, in this order.
     pub fn arrange(&mut self, order: &[usize]) {
-        self.keep_lines_of(order.iter().copied());
+        let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
+        for (new, old) in order.iter().enumerate() {
+            self.place_row(new, before.line_of(*old), before.group_of(*old));
+        }
         for (width, values) in self.lists() {
             let rows = order.iter().flat_map(|row| &values[row * width..][..width]);
             *values = rows.copied().collect();
@@ -185,14 +192,10 @@ impl Rows {
         else {
             return;
         };
-        let per_second = match plan.time_scale {
-            TimeScale::PerSecond(per_second) => per_second,
-            TimeScale::ByValues => {
-                let is_set = |unit: &f64| first / unit >= 10.0 * SET_SECS;
-                let units = [1e9, 1e6, 1e3, 1.0].into_iter();
-                units.clone().find(is_set).unwrap_or(1.0)
-            }
-        };
+        let per_second = plan.per_second.unwrap_or_else(|| {
+            let is_set = |unit: &f64| first / unit >= 10.0 * SET_SECS;
+            [1e9, 1e6, 1e3].into_iter().find(is_set).unwrap_or(1.0)
+        });
         if first / per_second >= SET_SECS {
             // `since` is a whole number of seconds, so that the difference between gauge and reference clock has no rounding
             // error.
@@ -303,35 +306,35 @@ impl Rows {
     fn keep<'a>(&mut self, mut row: impl Row<'a>, plan: &Plan) -> Result<String, Unusable> {
         let mut group = String::new();
         let mut loads = [0.0; Axis::ALL.len()];
-        let mut pose = [0.0; PosePlan::WIDTH_LIMIT];
+        let mut pose = [0.0; WIDEST_POSE];
         let mut time = if self.counts_rows { self.n_table_rows as f64 } else { 0.0 };
         let mut comma = None;
-        for (index, usage) in plan.uses.iter().enumerate() {
-            let mut value = || next_value(&mut row, *usage, index, plan, &mut comma);
-            match *usage {
-                Use::Ignored => {
+        for (index, column) in plan.columns.iter().enumerate() {
+            let mut value = || next_value(&mut row, index, plan, &mut comma);
+            match column.is {
+                ColumnRole::Ignore => {
                     row.next().ok_or(Unusable)?;
                 }
-                Use::Gauge { .. } => self.gauges.push(value()?),
-                Use::Auxiliary { .. } | Use::Channel { .. } => {
+                ColumnRole::Gauge => self.gauges.push(value()?),
+                ColumnRole::Auxiliary | ColumnRole::Channel => {
                     // An auxiliary channel that is sampled more slowly than the gauges has values only in some rows. So the
                     // row can be used even if the cell is empty.
                     let cell = row.next().ok_or(Unusable)?;
-                    let value = value_of(cell, *usage, index, plan);
-                    let is_auxiliary = matches!(usage, Use::Auxiliary { .. });
+                    let value = value_of(cell, index, plan);
+                    let is_auxiliary = column.is == ColumnRole::Auxiliary;
                     let list = if is_auxiliary { &mut self.auxiliary } else { &mut self.channels };
                     list.push(value.map_or(f64::NAN, |(value, _)| value));
                 }
-                Use::Load { slot, .. } => loads[slot] = value()?,
-                Use::Time | Use::TimeText(_) | Use::TimeFraction { .. } => time += value()?,
-                Use::Pose { slot, .. } | Use::Mount { slot } => pose[slot] = value()?,
-                Use::Status => {
+                ColumnRole::Load(_) => loads[column.slot] = value()?,
+                ColumnRole::Pose(_) => pose[column.slot] = value()?,
+                ColumnRole::Status => {
                     value()?;
                 }
-                Use::Group => {
+                ColumnRole::Group => {
                     let cell = row.next().filter(|cell| !cell.is_blank());
                     group = cell.ok_or(Unusable)?.text();
                 }
+                _ => time += value()?,
             }
         }
         self.times.push(time);
@@ -343,7 +346,7 @@ impl Rows {
         }
         let n_extra = row.filter(|cell| !cell.is_blank()).count();
         if n_extra > 0 {
-            let expected = plan.uses.len();
+            let expected = plan.columns.len();
             let actual = expected + n_extra;
             let cause = Cause::TooManyCells { expected, actual };
             self.findings.note(self.n_lines, cause);
@@ -353,24 +356,23 @@ impl Rows {
 
     /// Reports why a row cannot be kept. Only the first reason becomes a warning, but every cell without a number is counted.
     fn explain<'a>(&mut self, row: impl Row<'a>, plan: &Plan) {
-        let is_used = |(_, usage): &(Cell<'_>, &Use)| {
-            !usage.is_time() && ![Use::Ignored, Use::Group].contains(usage)
+        let is_used = |(_, column): &(Cell<'_>, &PlannedColumn)| {
+            !column.is_time() && !matches!(column.is, ColumnRole::Ignore | ColumnRole::Group)
         };
-        let mut used = row.clone().zip(&plan.uses).filter(is_used);
+        let mut used = row.clone().zip(&plan.columns).filter(is_used);
         if plan.may_be_blank && used.all(|(cell, _)| cell.is_blank()) {
             return;
         }
         self.n_skipped += 1;
-        let (expected, actual) = (plan.uses.len(), row.clone().count());
+        let (expected, actual) = (plan.columns.len(), row.clone().count());
         if actual < expected {
             let cause = Cause::TooFewCells { expected, actual };
             return self.findings.note(self.n_lines, cause);
         }
         let mut first = None;
-        for (index, (cell, usage)) in row.zip(&plan.uses).enumerate() {
-            let may_be_missing = matches!(usage, Use::Auxiliary { .. } | Use::Channel { .. });
-            if let Err(trouble) = value_of(cell, *usage, index, plan)
-                && !may_be_missing
+        for (index, (cell, column)) in row.zip(&plan.columns).enumerate() {
+            if let Err(trouble) = value_of(cell, index, plan)
+                && !column.may_be_missing()
             {
                 self.bad_cells[index] += u64::from(!trouble.is_wanted());
                 first.get_or_insert_with(|| Cause::Cell {
@@ -406,22 +408,6 @@ impl Rows {
     pub fn retain(&mut self, is_kept: impl Fn(usize) -> bool) {
         let kept: Vec<usize> = (0..self.times.len()).filter(|row| is_kept(*row)).collect();
         self.arrange(&kept);
-    }
-
-    /// Keeps only the line numbers and groups of the rows with these indices, in this order. The caller does the same with
-    /// the numbers.
-    pub fn keep_lines_of(&mut self, rows: impl Iterator<Item = usize>) {
-        let before = Self { lines: std::mem::take(&mut self.lines), ..Self::default() };
-        let ends = self.held.iter().flat_map(|own| [own.rows.start, own.rows.end]);
-        let mut ends: Vec<(usize, usize)> = ends.map(|end| (end, 0)).collect();
-        for (new, old) in rows.enumerate() {
-            self.place_row(new, before.line_of(old), before.group_of(old));
-            let ends = ends.iter_mut().filter(|(end, _)| old < *end);
-            ends.for_each(|(_, kept)| *kept = new + 1);
-        }
-        for (held, ends) in self.held.iter_mut().zip(ends.chunks_exact(2)) {
-            held.rows = ends[0].1..ends[1].1;
-        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::named_column::NamedColumn;
 use crate::{
     finding::{Finding, Id, Place, Verdict},
-    recording::{Axis, SAME_LOAD_SHARE, units::TimeUnit},
+    recording::{SAME_LOAD_SHARE, units::TimeUnit},
     shown::{counted, listed, shown},
 };
 
@@ -25,16 +25,15 @@ pub enum Cause {
     /// The detected layout has decimal commas, so that they are no fault.
     #[error("numbers have decimal commas")]
     ExpectedComma,
-    #[error("column {column} (gauge {}) is {value} in every row. Is it connected?", shown(name))]
-    ConstantGauge { column: usize, name: String, value: f64 },
+    #[error("{column} is {value} in every row. Is the gauge connected?")]
+    ConstantGauge { column: NamedColumn, value: f64 },
     #[error(
-        "{}auxiliary {}) has no value in {}{}. The previous value of the channel is used there",
-        column.map_or_else(|| "a channel (".to_owned(), |column| format!("column {column} (")),
+        "auxiliary channel {} has no value in {}{}. The previous value of the channel is used there",
         shown(name),
         counted(*n_rows, "row"),
         longest_secs.map_or_else(String::new, |secs| format!(", for at most {secs:.3} s"))
     )]
-    HeldAuxiliary { column: Option<usize>, name: String, n_rows: usize, longest_secs: Option<f64> },
+    HeldAuxiliary { name: String, n_rows: usize, longest_secs: Option<f64> },
     #[error("time jumps from {from_secs} s to {to_secs} s, so a new recording starts")]
     NewRecording { from_secs: f64, to_secs: f64 },
     #[error(
@@ -104,16 +103,6 @@ pub enum Cause {
     #[error("the orientation in the pose is not a rotation. Row skipped")]
     NotARotation,
     #[error(
-        "the force that accelerates the weight amounts to up to {percent:.1} % of the full scale of {}{}",
-        axis.symbol(),
-        if *is_counted {
-            ". This part of the reference load is only as accurate as the pose"
-        } else {
-            ", but is not part of the reference load. Move the sensor more slowly, or set \"inertia\" in the column map"
-        }
-    )]
-    Inertia { axis: Axis, percent: f64, is_counted: bool },
-    #[error(
         "these data of the file are ignored, because they are not part of its table: {}",
         listed(names)
     )]
@@ -137,8 +126,6 @@ pub enum Cause {
     SeveralParts { used: Vec<String>, others: Vec<String> },
     #[error("the file ends in the middle of the data. All complete rows are read")]
     EndsEarly,
-    #[error("{n_before} samples in bursts are averaged to {n_after}, one for each burst")]
-    AveragedBursts { n_before: usize, n_after: usize },
 }
 
 impl Cause {
@@ -154,9 +141,7 @@ impl Cause {
             Self::ExpectedComma
             | Self::ConstantGauge { .. }
             | Self::HeldAuxiliary { .. }
-            | Self::HeldReference { .. }
-            | Self::Inertia { .. }
-            | Self::AveragedBursts { .. } => Id::Values,
+            | Self::HeldReference { .. } => Id::Values,
             Self::NewRecording { .. }
             | Self::NewestFirst
             | Self::WrappedClock { .. }
@@ -193,7 +178,6 @@ pub enum Trouble {
     StatusError,
     Dropout,
     Overload,
-    UnknownMount,
 }
 
 impl Trouble {
@@ -218,9 +202,6 @@ impl Trouble {
                 format!("is {value}, a status by which the device reports an error")
             }
             Self::Dropout => format!("contains {value}, which marks a missing value"),
-            Self::UnknownMount => format!(
-                "contains \"{value}\", which is not listed under \"mounts\" in the column map"
-            ),
         }
     }
 }

@@ -1,12 +1,11 @@
 //! Units in files, and their factors to SI units. An unknown spelling of a unit gives `None`. Upper and lower case are the
 //! same, except where they distinguish milli from mega.
 
-/// Names of the known units, for the message about an unknown unit. The next three lists serve the same purpose.
+/// Names of the known units, for the message about an unknown unit. The next two lists serve the same purpose.
 pub const FORCE_UNITS: &str = "N, kN, MN, mN, µN, daN, cN, lbf, klbf, ozf, kgf, gf, kp; masses as weights: kg, g, mg, t, lb, oz";
 pub const MOMENT_UNITS: &str = "N·m, N·mm, N·cm, mN·m, kN·m, lbf·in, lbf·ft, ozf·in, kgf·m, kgf·cm, gf·cm (also written Nm, N-m, N.m, N*m)";
 
 pub const ANGLE_UNITS: &str = "rad, deg";
-pub const LENGTH_UNITS: &str = "m, cm, mm";
 
 const POUND_FORCE: f64 = 4.448_221_615_260_5;
 const KILOGRAM_FORCE: f64 = 9.806_65;
@@ -58,15 +57,6 @@ pub fn angle_in_radians(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_lowercase().as_str() {
         "rad" | "radian" | "radians" => 1.0,
         "deg" | "degree" | "degrees" | "°" => std::f64::consts::PI / 180.0,
-        _ => return None,
-    })
-}
-
-pub fn length_in_metres(unit: &str) -> Option<f64> {
-    Some(match unit.trim() {
-        "m" => 1.0,
-        "cm" => 1e-2,
-        "mm" => 1e-3,
         _ => return None,
     })
 }

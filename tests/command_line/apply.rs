@@ -283,15 +283,6 @@ fn rows_are_answered_as_devices_print_them() {
         ("pairs", print(&|_, [a, b]| format!("S2:{b} S1: {a}\n")), &rate),
         ("pairs after an arrow", print(&|t, [a, b]| format!("{}S1:{a},S2:{b}\n", stamp(t))), &[]),
         ("json", print(&|_, [a, b]| format!("{{\"S2\": {b}, \"S1\": {a}}}\n")), &rate),
-        (
-            "teleplot",
-            print(&|t, [a, b]| {
-                let t = 1e3 * t;
-                format!(">S1:{t:.0}:{a}\n>S2:{t:.0}:{b}§V|g\n")
-            }),
-            &[],
-        ),
-        ("teleplot without a time", print(&|_, [a, b]| format!(">S1:{a}\n>S2:{b}\n")), &rate),
     ] {
         let answered = loads(&text, more);
         assert_eq!(answered, expected, "{name}");

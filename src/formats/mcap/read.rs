@@ -402,6 +402,7 @@ impl Topic {
             unit: "s".to_owned(),
             since,
             values: self.samples.iter().map(secs).collect(),
+            texts: None,
         });
         for column in 0..n_columns {
             // A number that is missing in a shorter message becomes NaN.

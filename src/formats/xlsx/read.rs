@@ -167,10 +167,10 @@ fn is_text(cell: &Cell) -> bool {
     matches!(cell.value, Data::String(_))
 }
 
-/// Returns true if a row holds samples, that is more values than texts.
-fn is_row(row: &[Cell]) -> bool {
-    // In some columns, numbers are stored as texts. A row of such texts alone may be a header.
-    let are_texts = row.iter().all(is_text);
+/// Returns true if a row holds samples, that is more values than texts. `has_numbers` is true if the sheet holds numbers.
+fn is_row(row: &[Cell], has_numbers: bool) -> bool {
+    // In some columns, numbers are stored as texts. In a sheet with numbers, a row of such texts alone may be a header.
+    let are_texts = has_numbers && row.iter().all(is_text);
     let is_word = |cell: &&Cell| {
         is_text(cell) && time(&cell.value).is_none() && (are_texts || number(&cell.value).is_none())
     };
@@ -242,9 +242,10 @@ fn header_and_units<'a>(above: &[&'a [Cell]]) -> (Option<&'a [Cell]>, Option<&'a
 fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Columns>, FileError> {
     let rows: Vec<&[Cell]> = cells.chunk_by(|a, b| a.row == b.row).collect();
     let row_number = |at: usize| rows[at][0].row;
+    let has_numbers = cells.iter().any(|cell| !is_text(cell));
     let is_first = |&at: &usize| {
         let following = (at..rows.len()).take_while(|&next| row_number(next) - row_number(at) < 3);
-        following.into_iter().all(|next| is_row(rows[next]))
+        following.into_iter().all(|next| is_row(rows[next], has_numbers))
     };
     let mut starts =
         (0..rows.len()).take_while(|&at| row_number(at) - row_number(0) < HEADER_LIMIT);
@@ -293,12 +294,16 @@ fn table(cells: &[Cell], sheet: &str, budget: &mut Budget) -> Result<Option<Colu
             let unit = cell_text(units, column);
             let unit = unit.trim_matches(['[', ']', '(', ')']);
             let mut values = vec![f64::NAN; samples.len()];
+            let mut texts = Vec::new();
             for (at, value) in cells {
-                let value = if is_time { time(value) } else { number(value) };
-                values[at] = value.unwrap_or(f64::NAN);
+                match if is_time { time(value) } else { number(value) } {
+                    Some(number) => values[at] = number,
+                    None => texts.push((at, text(value).into_owned())),
+                }
             }
-            let unit = if is_time { "s" } else { unit };
-            table.columns.push(Column { name, unit: unit.to_owned(), values, ..Column::default() });
+            let unit = if is_time { "s" } else { unit }.to_owned();
+            let texts = Some(texts);
+            table.columns.push(Column { name, unit, values, texts, ..Column::default() });
         }
     }
     Ok((!table.columns.is_empty()).then_some(table))

@@ -179,12 +179,9 @@ fn inspected(path: &Path, known: Known, progress: &Progress) -> Result<Inspectio
     let reference = map.reference.as_ref().and_then(|file| {
         let path = two_clocks::reference_path(path, file);
         let opened = reading.open(&path, &file.table.text.parts).ok()?;
-        Some(report(&path, &opened, &file.table))
+        Some(report(&path, &opened, &file.table, None))
     });
-    let mut table = report(path, &opened, &map.table);
-    if !columns.is_empty() {
-        table.columns = columns;
-    }
+    let mut table = report(path, &opened, &map.table, error.is_none().then_some(columns));
     let is_sample = opened.read_bytes < table.file_bytes;
     if let (false, Some(head)) = (is_sample, opened.head(&map.table.text)) {
         progress.add_total(opened.read_bytes);
@@ -272,7 +269,13 @@ fn whole_ranges(
     })
 }
 
-fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
+/// Describes a file. Without `columns`, its columns have the roles that `table` gives them.
+fn report(
+    path: &Path,
+    opened: &Opened,
+    table: &TableMap,
+    columns: Option<Vec<ColumnReport>>,
+) -> TableReport {
     let head = opened.head(&table.text);
     let sample = match &head {
         Some(head) => opened.sample(&table.text, head),
@@ -287,7 +290,9 @@ fn report(path: &Path, opened: &Opened, table: &TableMap) -> TableReport {
         line: head.as_ref().map(|head| head.line),
         parts: opened.parts().to_vec(),
         about_rows: head.as_ref().map_or(0, |head| opened.about_rows(head)),
-        columns: head.map_or_else(Vec::new, |head| reports(table, &head, &sample)),
+        columns: (columns)
+            .or_else(|| Some(reports(table, head.as_ref()?, &sample)))
+            .unwrap_or_default(),
         preview: sample
             .rows
             .iter()

@@ -1,15 +1,14 @@
 //! First lines of a live source, in which its columns are found.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::time::Instant;
 
 use super::{
     super::device_rows::{
-        DeviceRows, cells, delimiter, numbers, scattered_numbers, single_pair, times_of_numbers,
-        without_stamp,
+        cells, delimiter, numbers, pairs_as_json, table_of_numbers, times_of_numbers, without_stamp,
     },
     LiveSource, LiveTable, RowForm,
-    documents::Messages,
 };
 use crate::{
     formats::{
@@ -55,10 +54,6 @@ pub struct LiveHead {
     header: Option<TableHeader>,
     /// Lines that may be rows, with their form.
     rows: Vec<(RowForm, Arrived)>,
-    /// Lines of the present message, if the rows are messages of several lines.
-    messages: Option<Messages>,
-    /// Text between the numbers of the newest line, and the number of successive lines with this text.
-    between: (String, usize),
 }
 
 /// Header of a table, and the line with the units below it.
@@ -123,17 +118,6 @@ impl TableHeader {
         let names = if is_same { self.line.clone() } else { self.names.join(&between) };
         [names].into_iter().chain(self.units.clone()).collect()
     }
-
-    /// Returns the names of the columns, with their units if a line of its own gives them.
-    fn names_with_units(&self) -> Vec<String> {
-        let units = self.units.as_deref().unwrap_or_default();
-        let mut units = Cells::new(units.as_bytes(), self.delimiter()).map(String::from_utf8_lossy);
-        let with_unit = |name: &String| match units.next().filter(|unit| !unit.is_empty()) {
-            Some(unit) => format!("{name} [{}]", unit.trim_matches(['[', ']', '(', ')'])),
-            None => name.clone(),
-        };
-        self.names.iter().map(with_unit).collect()
-    }
 }
 
 /// Returns true if the cell of a header names this channel, with or without a unit.
@@ -149,8 +133,6 @@ impl Default for LiveHead {
             n_lines: 0,
             header: None,
             rows: Vec::new(),
-            messages: None,
-            between: (String::new(), 0),
         }
     }
 }
@@ -185,13 +167,6 @@ impl LiveHead {
         source: LiveSource<'_>,
     ) -> Result<Option<LiveTable>, ReadError> {
         self.n_lines += 1;
-        let line = match &mut self.messages {
-            Some(messages) => match messages.push(&line) {
-                Some(message) => message,
-                None => return Ok(None),
-            },
-            None => self.first_message(&line, source).unwrap_or(line),
-        };
         let (_, row) = without_stamp(&line);
         if let (None, Some(names)) = (&self.header, source.header) {
             let (line, names) = (names.to_owned(), names.split(',').map(str::trim));
@@ -208,14 +183,10 @@ impl LiveHead {
         if self.header.as_mut().is_some_and(|header| header.takes_units(row)) {
             return Ok(None);
         }
-        let scattered = self.scattered(row, source);
-        let form = self.form_of(scattered.as_deref().unwrap_or(row), source);
+        let form = self.form_of(row, source);
         let mut arrived = self.arrived(line, false);
         match form {
-            Some(form) => {
-                let line = scattered.unwrap_or_else(|| arrived.line.clone());
-                self.rows.push((form, Arrived { line, ..arrived }));
-            }
+            Some(form) => self.rows.push((form, arrived.clone())),
             None => arrived.line.truncate(arrived.line.floor_char_boundary(KEPT_BYTES)),
         }
         self.kept.push_back(arrived);
@@ -231,28 +202,6 @@ impl LiveHead {
         Ok(None)
     }
 
-    /// Returns the first message, if this line ends it. The lines up to here are then lines of messages.
-    fn first_message(&mut self, line: &str, source: LiveSource<'_>) -> Option<String> {
-        let lines = self.kept.iter().filter(|arrived| !arrived.is_command);
-        let lines = lines.map(|arrived| &*arrived.line);
-        let message = Messages::first(line, lines, source.gauges)?;
-        self.kept.retain(|arrived| arrived.is_command);
-        self.rows.clear();
-        self.messages = Some(Messages::new(source.gauges));
-        Some(message)
-    }
-
-    /// Returns the numbers of a row between which other text than a delimiter stands. The user must have given the form of the
-    /// rows, and several successive lines must have the same text.
-    fn scattered(&mut self, row: &str, source: LiveSource<'_>) -> Option<String> {
-        let (numbers, between) = scattered_numbers(row, source.n_values()?)?;
-        if self.between.0 != between {
-            self.between = (between, 0);
-        }
-        self.between.1 += 1;
-        (self.between.1 >= ROWS_FOR_A_FORM).then_some(numbers)
-    }
-
     /// Returns the form of a row from which the columns can be found; `None` if a line is no such row.
     fn form_of(&mut self, row: &str, source: LiveSource<'_>) -> Option<RowForm> {
         use RowForm::{Json, Numbers, Table, TimedNumbers};
@@ -265,15 +214,12 @@ impl LiveHead {
         let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
         let n_numbers = numbers(row).map_or(0, |numbers| numbers.len());
         let n_channels = source.n_channels();
-        let is_single = form == RowForm::Pairs && n_channels > 1 && single_pair(row).is_some();
-        let form = if is_single { RowForm::Teleplot } else { form };
         match source.form {
             None if header.is_some_and(|header| header.has_gauges) => None,
             None => (form == Json || n_channels > 0).then_some(form),
             Some(Table) => (form == Json).then_some(form),
             Some(Numbers) => (n_numbers >= n_channels).then_some(Numbers),
             Some(TimedNumbers) => (n_numbers > n_channels).then_some(TimedNumbers),
-            Some(RowForm::Pairs) if is_single => Some(form),
             Some(given) => (form == given).then_some(form),
         }
     }
@@ -301,52 +247,58 @@ impl LiveHead {
         is_all: bool,
     ) -> Result<Option<LiveTable>, ReadError> {
         let rows = self.rows.iter().filter(|(own, _)| *own == form);
-        let rows: Vec<Arrived> = rows.map(|(_, arrived)| arrived.clone()).collect();
+        let lines: Vec<&str> = rows.map(|(_, arrived)| &*arrived.line).collect();
+        let stamped: Vec<(Option<&str>, &str)> =
+            lines.iter().map(|line| without_stamp(line)).collect();
+        let has_stamp = stamped.iter().any(|(stamp, _)| stamp.is_some());
+        let rows: Vec<&str> = stamped.iter().map(|(_, row)| *row).collect();
+        let owned = |rows: &[&str]| rows.iter().map(|row| (*row).to_owned()).collect();
         let is_early = !is_all && rows.len() < ROWS_FOR_A_FORM;
         let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
-        let begin = |lines: Vec<String>| LiveTable::begin(&lines, source, n_needed);
-        let is_no_time = |table: &Result<_, _>| matches!(table, Err(ReadError::Table { source, .. }) if source.is_about_time());
-        let table = match (form, &self.header) {
+        let (lines, times): (Vec<String>, Range<usize>) = match (form, &self.header) {
             (RowForm::Table, Some(header)) => {
-                let last = without_stamp(&rows[rows.len() - 1].line).1;
+                let last = rows[rows.len() - 1];
                 let delimiter = header.delimiter_of_row(last).unwrap_or_default();
-                let lines = rows.iter().map(|row| without_stamp(&row.line).1.to_owned());
-                let table = begin([header.lines(delimiter), lines.collect()].concat());
-                if is_no_time(&table) && header.may_have_clock() && is_early {
-                    Ok(None)
-                } else if is_no_time(&table) {
-                    of_device(
-                        form,
-                        rows,
-                        source,
-                        Some((header.names_with_units(), delimiter)),
-                        is_all,
-                    )
-                } else {
-                    table
-                }
+                ([header.lines(delimiter), owned(&rows)].concat(), 0..0)
             }
-            (RowForm::Table, None) => begin(rows.into_iter().map(|row| row.line).collect()),
-            (RowForm::Json, _) if source.form != Some(RowForm::Json) => {
-                let table = begin(rows.iter().map(|row| row.line.clone()).collect());
-                if is_no_time(&table) && source.form.is_none() && !is_early {
-                    of_device(form, rows, source, None, is_all)
-                } else {
-                    table
-                }
+            (RowForm::Table, None) => (owned(&lines), 0..0),
+            (RowForm::Json, _) => (owned(&rows), 0..0),
+            _ if source.form.is_none() && is_early => return Ok(None),
+            (RowForm::Pairs, _) => (rows.iter().map(|row| pairs_as_json(row)).collect(), 0..0),
+            _ => match numbers_of(rows, form, source, is_all)? {
+                Some(found) => found,
+                None => return Ok(None),
+            },
+        };
+        let may_lack_time = match (form, &self.header) {
+            (RowForm::Table, Some(header)) => !(is_early && header.may_have_clock()),
+            (RowForm::Table, None) => false,
+            (RowForm::Json, _) => source.form.map_or(!is_early, |given| given == form),
+            _ => true,
+        };
+        let form = if times.is_empty() { form } else { RowForm::TimedNumbers };
+        // A column map describes a table, and no other form of rows.
+        let map = source.map.filter(|_| source.form.is_none_or(|given| given == RowForm::Table));
+        let of_rows = LiveSource { map, ..source };
+        let table = match LiveTable::begin(&lines, form, of_rows, n_needed) {
+            Ok(Some(table)) if table.plan.is_static && !may_lack_time => {
+                let names = table.plan.columns.into_iter().map(|column| column.name);
+                Err(at(source.path, table.plan.line)(TableError::no_time(names.collect())))
             }
-            _ if source.form.is_none() && is_early => Ok(None),
-            _ => of_device(form, rows, source, None, is_all),
+            table => table,
         };
         match table {
             Err(ReadError::Table { source: TableError::NoTimeUnit { .. }, .. }) => table,
             Err(_) if is_early => Ok(None),
             Ok(Some(mut table)) => {
                 table.start = self.start;
-                table.messages = self.messages.take();
-                let (between, n) = std::mem::take(&mut self.between);
-                let is_scattered = n >= ROWS_FOR_A_FORM;
-                table.between = source.n_values().filter(|_| is_scattered).map(|n| (n, between));
+                table.times_from = match (table.plan.is_static, source.rate_hz) {
+                    (false, _) => (!times.is_empty())
+                        .then(|| format!("column {} of the rows", times.start + 1)),
+                    _ if has_stamp => Some("the device".to_owned()),
+                    (true, Some(_)) => Some("the given rate".to_owned()),
+                    (true, None) => Some("the clock of this computer".to_owned()),
+                };
                 table.header = self.header.take().map(|header| header.names);
                 let mut n_above = if source.whole_map().is_some() { table.n_above } else { 0 };
                 self.kept.retain(|arrived| {
@@ -361,52 +313,36 @@ impl LiveHead {
     }
 }
 
-/// Finds the columns of rows as a device prints them. `header` holds the names and the delimiter of a table without a time.
-/// Returns `None` if more lines are needed.
-fn of_device(
+/// Returns rows of plain numbers as a table, and the columns of their time. Without a given form, rows with another number of
+/// numbers than most are left out. Returns `None` if more lines are needed.
+fn numbers_of(
+    mut rows: Vec<&str>,
     form: RowForm,
-    mut rows: Vec<Arrived>,
     source: LiveSource<'_>,
-    header: Option<(Vec<String>, Delimiter)>,
     is_all: bool,
-) -> Result<Option<LiveTable>, ReadError> {
-    let times = match form {
-        RowForm::TimedNumbers => 0..1,
-        RowForm::Numbers if source.form.is_none() => {
-            let of = |row: &Arrived| numbers(without_stamp(&row.line).1).unwrap_or_default();
-            let n_rows = rows.len();
-            let lengths: Vec<usize> = rows.iter().map(|row| of(row).len()).collect();
-            let count = |n| lengths.iter().filter(|own| **own == n).count();
-            let n = lengths.iter().copied().max_by_key(|n| count(*n)).unwrap_or(0);
-            rows.retain(|row| of(row).len() == n);
-            let is_most = 2 * rows.len() > n_rows;
-            let numbers: Vec<Vec<f64>> = rows.iter().map(of).collect();
-            match times_of_numbers(&numbers, source).filter(|_| is_most) {
-                Some(times) => times,
-                None if is_all || n_rows >= ROWS_FOR_AN_ERROR => {
-                    let found = format!(
-                        "they have {n} numbers, and no column is a clock with the calibration's sample rate"
-                    );
-                    return Err(at(source.path, 1)(unclear(found, source)));
-                }
-                None => return Ok(None),
-            }
-        }
-        _ => 0..0,
-    };
-    let form = if times.is_empty() { form } else { RowForm::TimedNumbers };
-    let lines: Vec<&str> = rows.iter().map(|row| &*row.line).collect();
-    let device = DeviceRows::new(form, header, &times, &lines, source);
-    let mut trial = device.clone();
-    let table = rows.iter().filter_map(|row| trial.line(&row.line, row.secs));
-    let table: Vec<String> = table.collect();
-    if table.is_empty() && !is_all {
-        return Ok(None);
+) -> Result<Option<(Vec<String>, Range<usize>)>, ReadError> {
+    if source.form.is_some() {
+        let times = 0..usize::from(form == RowForm::TimedNumbers);
+        return Ok(Some((table_of_numbers(&rows, &times, source), times)));
     }
-    let n_needed = if is_all { 0 } else { ROWS_FOR_A_STEP };
-    let source = LiveSource { map: None, ..source };
-    let table = LiveTable::begin(&table, source, n_needed)?;
-    Ok(table.map(|table| LiveTable { device: Some(device), ..table }))
+    let of = |row: &&str| numbers(row).unwrap_or_default();
+    let n_rows = rows.len();
+    let lengths: Vec<usize> = rows.iter().map(|row| of(row).len()).collect();
+    let count = |n| lengths.iter().filter(|length| **length == n).count();
+    let n = lengths.iter().copied().max_by_key(|n| count(*n)).unwrap_or(0);
+    rows.retain(|row| of(row).len() == n);
+    let is_most = 2 * rows.len() > n_rows;
+    let numbers: Vec<Vec<f64>> = rows.iter().map(of).collect();
+    match times_of_numbers(&numbers, source).filter(|_| is_most) {
+        Some(times) => Ok(Some((table_of_numbers(&rows, &times, source), times))),
+        None if is_all || n_rows >= ROWS_FOR_AN_ERROR => {
+            let found = format!(
+                "they have {n} numbers, and no column is a clock with the calibration's sample rate"
+            );
+            Err(at(source.path, 1)(unclear(found, source)))
+        }
+        None => Ok(None),
+    }
 }
 
 fn unclear(found: String, source: LiveSource<'_>) -> TableError {

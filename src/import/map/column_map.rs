@@ -37,10 +37,6 @@ pub struct ColumnMap {
     /// values: `"auto"`, or `{ "interval": [from, to] }` in seconds.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tare: Option<Tare>,
-    /// Maximum time step (s) between two gauge samples of one burst. All samples of a burst are averaged to one sample.
-    /// `None` to average nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub average_bursts_secs: Option<f64>,
     /// Time step (s) between two rows above which a recording ends. The default is 20 median steps, but at least 0.2 s. If
     /// rows come in bursts, the default is 2 s, and the user gets a warning.
     #[serde(skip_serializing_if = "Option::is_none")]

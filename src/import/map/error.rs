@@ -39,14 +39,12 @@ pub enum MapError {
         "\"weight\" computes the reference load from the pose, but a column with the role {role} gives a measured load; remove \"weight\" or that column"
     )]
     WeightAndLoad { role: ColumnRole },
+    #[error("\"weight\" needs both mass_kg and centre_m")]
+    WeightUnknown,
     #[error(
-        "{mount}: mass_kg or centre_m is missing, or the name is empty or used twice; give both values, and each entry of \"mounts\" another name"
+        "\"inertia\" asks for the force that accelerates the weight, which is not computed; remove \"inertia\", and move the sensor slowly"
     )]
-    WeightUnknown { mount: String },
-    #[error(
-        "a column has the role \"mount\", but \"weight\" has no list \"mounts\"; add the list, or ignore the column"
-    )]
-    NoMounts,
+    Inertia,
     #[error(
         "the column map lists column {number}, but its \"shape\" declares only {columns} columns, counted from 1"
     )]

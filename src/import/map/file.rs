@@ -86,7 +86,6 @@ impl ColumnMap {
         }
         must("join.limit_secs", self.join.limit_secs, NOT_NEGATIVE)?;
         must("join.clock_offset_secs", self.join.clock_offset_secs, FINITE)?;
-        must("average_bursts_secs", self.average_bursts_secs, NOT_NEGATIVE)?;
         must("gap_secs", self.gap_secs, POSITIVE)?;
         match self.tare {
             Some(tare @ Tare::Interval(_, end)) if !tare.is_valid() => Err(MapError::Number {
@@ -178,7 +177,6 @@ mod tests {
                 clock_offset_secs: -2.5,
             },
             tare: Some(Tare::Interval(0.0, 1.5)),
-            average_bursts_secs: Some(0.001),
             gap_secs: Some(2.25),
             group: Some("{folder}".parse().unwrap()),
             ..ColumnMap::default()
@@ -219,7 +217,6 @@ mod tests {
             ("\"scale\": -1.0", "\"size\": 0", "unknown field `size`"),
             ("12.5", "-12.5", "sample_rate_hz is -12.5"),
             ("0.1", "-0.1", "join.limit_secs is -0.1"),
-            ("0.001", "-1", "average_bursts_secs is -1"),
             ("2.25", "0", "gap_secs is 0"),
             ("{folder}", "{folder", "group pattern \"{folder\""),
             ("states.csv", "", "the file of the reference load is \"\""),

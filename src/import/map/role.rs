@@ -36,8 +36,6 @@ pub enum ColumnRole {
     Status,
     /// Part of the sensor's pose, from which the load of a known weight is computed.
     Pose(PosePart),
-    /// Name of the weight that hangs from the sensor in this row, if several weights or mounting points are used.
-    Mount,
 }
 
 /// One number of a pose: part of the sensor's position in the world, or of its orientation (sensor to world).
@@ -71,7 +69,7 @@ pub enum PosePart {
 }
 
 impl PosePart {
-    /// Parts of a pose that make up the position. The position is needed only to compute the acceleration of the weight.
+    /// Parts of a pose that make up the position, from which no load is computed.
     pub const POSITION: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
     /// Returns true if this part of the pose is an angle or a component of a rotation vector, so that its unit is rad or deg.
@@ -90,7 +88,6 @@ impl ColumnRole {
             .chain([Self::Ignore, Self::TimeReference, Self::Auxiliary, Self::Channel, Self::Group])
             .chain([Self::Date, Self::TimeFraction, Self::Status])
             .chain(poses)
-            .chain([Self::Mount])
     }
 
     pub(crate) const fn is_load(self) -> bool {
@@ -122,7 +119,6 @@ impl ColumnRole {
             Self::Load(axis) => axis.symbol(),
             Self::Status => "status",
             Self::Pose(part) => part.into(),
-            Self::Mount => "mount",
         }
     }
 
@@ -131,7 +127,6 @@ impl ColumnRole {
         match self {
             Self::TimeReference => "Reference clock".to_owned(),
             Self::Auxiliary => "Auxiliary channel".to_owned(),
-            Self::Mount => "Mounting pose".to_owned(),
             other => {
                 let name = other.name().replace('_', " ");
                 let initial = name.chars().take(1).flat_map(char::to_uppercase);

@@ -1,10 +1,10 @@
 //! Weight that a column map describes. The reference load is computed from this weight and the pose of the sensor.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::IgnoredAny};
 
 use crate::{
     import::map::{
-        error::{FINITE, MapError, NOT_NEGATIVE, POSITIVE, must},
+        error::{FINITE, MapError, POSITIVE, must},
         role::{Attitude, ColumnRole, PosePart},
         table::TableMap,
     },
@@ -15,24 +15,22 @@ use crate::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct WeightMap {
-    /// Mass of the weight (kg). Not needed if each of the `mounts` has a mass.
+    /// Mass of the weight (kg).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass_kg: Option<f64>,
-    /// Centre of mass of the weight in the sensor's frame (m). Not needed if each of the `mounts` has a centre of mass.
+    /// Centre of mass of the weight in the sensor's frame (m).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub centre_m: Option<[f64; 3]>,
-    /// Several weights, or several mounting points of one weight. In each row, the column with the role `mount` names the one
-    /// that is used. Without this column, the name of the file contains the name of the one that is used.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub mounts: Vec<Mount>,
     /// Acceleration of gravity along the axes of the world's frame (m/s²). The default is `[0, 0, -9.80665]`, for a z axis
     /// that points up.
     pub gravity: [f64; 3],
     /// Order and axes of the rotations by roll, pitch and yaw.
     pub angles: Angles,
-    /// Length of the time window (s) in which the path of the weight is smoothed to compute its acceleration.
-    pub smoothing_secs: f64,
-    /// True if the force that accelerates the weight is added to the reference load.
+    /// Entry of maps of earlier versions, which has no effect.
+    #[serde(skip_serializing)]
+    pub smoothing_secs: IgnoredAny,
+    /// True in maps of earlier versions by which the force of inertia was added to the load. Such maps are refused.
+    #[serde(skip_serializing)]
     pub inertia: bool,
 }
 
@@ -41,24 +39,12 @@ impl Default for WeightMap {
         Self {
             mass_kg: None,
             centre_m: None,
-            mounts: Vec::new(),
             gravity: [0.0, 0.0, -STANDARD_GRAVITY],
             angles: Angles::default(),
-            smoothing_secs: 0.2,
+            smoothing_secs: IgnoredAny,
             inertia: false,
         }
     }
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Mount {
-    /// Name of this weight or mounting point, as it occurs in the `mount` column or in the names of files.
-    pub name: String,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub mass_kg: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub centre_m: Option<[f64; 3]>,
 }
 
 /// Order and axes of the rotations by roll, pitch and yaw.
@@ -96,19 +82,9 @@ impl Attitude {
 }
 
 impl WeightMap {
-    fn weight_of(&self, mount: &Mount) -> Option<Weight> {
-        let (mass_kg, centre_m) =
-            (mount.mass_kg.or(self.mass_kg), mount.centre_m.or(self.centre_m));
-        Some(Weight { mass_kg: mass_kg?, centre_m: centre_m? })
-    }
-
-    /// Returns the weights whose mass and centre of mass are known, each with its name in `mounts`. If there are no `mounts`,
-    /// the name is empty.
-    pub fn weights(&self) -> Vec<(String, Weight)> {
-        let own = [Mount::default()];
-        let mounts = if self.mounts.is_empty() { &own[..] } else { &self.mounts };
-        let weight = |mount: &Mount| Some((mount.name.clone(), self.weight_of(mount)?));
-        mounts.iter().filter_map(weight).collect()
+    /// Returns the weight, if its mass and its centre of mass are known.
+    pub fn weight(&self) -> Option<Weight> {
+        Some(Weight { mass_kg: self.mass_kg?, centre_m: self.centre_m? })
     }
 
     /// Returns an error if the weight is unknown, or if a column holds a measured load. Neither is an error when the weight
@@ -117,31 +93,19 @@ impl WeightMap {
         if let Some(rule) = table.columns.iter().find(|rule| rule.is.is_load()) {
             return Err(MapError::WeightAndLoad { role: rule.is });
         }
-        if self.weights().is_empty() {
-            return Err(MapError::WeightUnknown { mount: "\"weight\"".to_owned() });
-        }
-        Ok(())
+        self.weight().map(|_| ()).ok_or(MapError::WeightUnknown)
     }
 
     pub fn check(&self, table: &TableMap) -> Result<(), MapError> {
         if Attitude::of_table(table)?.is_none() {
             return Err(MapError::WeightWithoutPose);
         }
-        if self.mounts.is_empty() && table.has_role(ColumnRole::Mount) {
-            return Err(MapError::NoMounts);
+        if self.inertia {
+            return Err(MapError::Inertia);
         }
-        for (at, mount) in self.mounts.iter().enumerate() {
-            let is_whole = self.weight_of(mount).is_some();
-            let is_new = self.mounts[..at].iter().all(|m| m.name != mount.name);
-            if mount.name.trim().is_empty() || !is_whole || !is_new {
-                return Err(MapError::WeightUnknown { mount: format!("mount \"{}\"", mount.name) });
-            }
-        }
-        for (_, weight) in self.weights() {
-            must("weight.mass_kg", weight.mass_kg, POSITIVE)?;
-            weight.centre_m.into_iter().try_for_each(|x| must("weight.centre_m", x, FINITE))?;
-        }
-        self.gravity.into_iter().try_for_each(|x| must("weight.gravity", x, FINITE))?;
-        must("weight.smoothing_secs", self.smoothing_secs, NOT_NEGATIVE)
+        must("weight.mass_kg", self.mass_kg, POSITIVE)?;
+        let centre = self.centre_m.into_iter().flatten();
+        centre.into_iter().try_for_each(|x| must("weight.centre_m", x, FINITE))?;
+        self.gravity.into_iter().try_for_each(|x| must("weight.gravity", x, FINITE))
     }
 }

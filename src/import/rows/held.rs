@@ -66,11 +66,7 @@ impl Rows {
             return;
         };
         let secs = reported.iter().map(|(_, secs)| *secs).fold(0.0, f64::max);
-        let is_auxiliary = |index: &usize| matches!(plan.uses[*index], Use::Auxiliary { .. });
-        let named = |index: &usize| plan.names[*index] == plan.auxiliary.names[channel];
-        let mut columns = (0..plan.uses.len()).filter(is_auxiliary);
         let cause = Cause::HeldAuxiliary {
-            column: columns.find(named).map(|index| index + 1),
             name: plan.auxiliary.names[channel].clone(),
             n_rows: reported.iter().map(|(rows, _)| rows.len()).sum(),
             longest_secs: (!plan.is_static).then_some(secs),

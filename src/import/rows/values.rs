@@ -1,25 +1,25 @@
 //! Reads the numbers in the cells of a row, and converts them to SI units.
 
 use super::*;
-use crate::import::warning::Trouble;
+use crate::import::{plan::PlannedColumn, warning::Trouble};
 
 /// Returns the number in the next cell of the row, in SI units. If a comma in the cell was read as a decimal point, stores
 /// the cell in `comma`.
 #[inline(always)] // one call per cell of the file: as a call it costs a tenth of all reading
 pub fn next_value<'a>(
     row: &mut impl Row<'a>,
-    usage: Use,
     index: usize,
     plan: &Plan,
     comma: &mut Option<(usize, Cell<'a>)>,
 ) -> Result<f64, Unusable> {
+    let column = &plan.columns[index];
     let plain =
-        if usage.is_number() && !plan.is_since_off(index) { row.next_number() } else { None };
+        if column.is_number() && !plan.is_since_off(index) { row.next_number() } else { None };
     match plain {
-        Some(number) => in_si(number, usage, index, plan).map_err(|_| Unusable),
+        Some(number) => in_si(number, column).map_err(|_| Unusable),
         None => {
             let cell = row.next().ok_or(Unusable)?;
-            other_value(cell, usage, index, plan, comma)
+            other_value(cell, index, plan, comma)
         }
     }
 }
@@ -28,12 +28,11 @@ pub fn next_value<'a>(
 #[inline(never)]
 fn other_value<'a>(
     cell: Cell<'a>,
-    usage: Use,
     index: usize,
     plan: &Plan,
     comma: &mut Option<(usize, Cell<'a>)>,
 ) -> Result<f64, Unusable> {
-    let (value, has_comma) = value_of(cell, usage, index, plan).map_err(|_| Unusable)?;
+    let (value, has_comma) = value_of(cell, index, plan).map_err(|_| Unusable)?;
     if has_comma {
         comma.get_or_insert((index, cell));
     }
@@ -42,28 +41,23 @@ fn other_value<'a>(
 
 /// Returns the number in a cell, and true if a comma was read as a decimal point. Otherwise returns the reason why there is
 /// no number.
-pub fn value_of(
-    cell: Cell<'_>,
-    usage: Use,
-    index: usize,
-    plan: &Plan,
-) -> Result<(f64, bool), Trouble> {
-    match usage {
-        Use::Ignored => Ok((0.0, false)),
+pub fn value_of(cell: Cell<'_>, index: usize, plan: &Plan) -> Result<(f64, bool), Trouble> {
+    let column = &plan.columns[index];
+    match (column.is, column.form) {
+        (ColumnRole::Ignore, _) => Ok((0.0, false)),
         _ if cell.is_empty() => Err(Trouble::Empty),
-        Use::TimeText(form) => {
+        (_, Some(form)) => {
             let since = plan.since_of(index);
             let secs = cell.written().and_then(|text| form.secs_since(since, text));
             Ok((secs.ok_or(Trouble::NotATime)?, false))
         }
-        Use::Status => match ati::reports_error(cell) {
+        (ColumnRole::Status, _) => match ati::reports_error(cell) {
             Some(false) => Ok((0.0, false)),
             Some(true) => Err(Trouble::StatusError),
             None => Err(Trouble::NotANumber),
         },
-        Use::Group if cell.is_blank() => Err(Trouble::Empty),
-        Use::Group => Ok((0.0, false)),
-        Use::Mount { .. } => Ok((mount(cell, plan).ok_or(Trouble::UnknownMount)?, false)),
+        (ColumnRole::Group, _) if cell.is_blank() => Err(Trouble::Empty),
+        (ColumnRole::Group, _) => Ok((0.0, false)),
         _ => {
             let since = plan.since_of(index);
             let number = match cell {
@@ -73,18 +67,9 @@ pub fn value_of(
                 Cell::Text(text) => plan.text.number_since(since, text),
             };
             let (number, has_comma) = number.ok_or(Trouble::NotANumber)?;
-            Ok((in_si(number, usage, index, plan)?, has_comma))
+            Ok((in_si(number, column)?, has_comma))
         }
     }
-}
-
-fn mount(cell: Cell<'_>, plan: &Plan) -> Option<f64> {
-    let mounts = &plan.pose.as_ref()?.mounts;
-    let is_it = |name: &String| match cell {
-        Cell::Text(text) => name.as_bytes() == text,
-        Cell::Number(_) | Cell::Since(..) => *name == cell.text(),
-    };
-    Some(mounts.iter().position(is_it)? as f64)
 }
 
 /// Returns true for the numbers by which meters mark an overload (9.9E+37) or a missing value (9.91E+37).
@@ -94,17 +79,13 @@ pub fn is_overload(number: f64) -> bool {
 
 /// Converts a number from a cell to SI units. Times are not converted.
 #[inline(always)]
-fn in_si(number: f64, usage: Use, index: usize, plan: &Plan) -> Result<f64, Trouble> {
-    if !plan.dropouts.is_empty() && plan.dropouts[index].contains(&number) {
+fn in_si(number: f64, column: &PlannedColumn) -> Result<f64, Trouble> {
+    if column.dropouts.contains(&number) {
         return Err(Trouble::Dropout);
     }
-    if is_overload(number) && !usage.is_time() {
+    if is_overload(number) && !column.is_time() {
         return Err(Trouble::Overload);
     }
-    let shift = match usage {
-        Use::Auxiliary { shift, .. } => shift,
-        _ => 0.0,
-    };
-    let value = number * usage.factor() + shift;
+    let value = number * column.factor + column.shift;
     if value.is_finite() { Ok(value) } else { Err(Trouble::NotFinite) }
 }

@@ -88,9 +88,6 @@ pub fn clock(ui: &mut Ui, map: &mut ColumnMap) {
         };
         labelled_choice(ui, ("times", 150.0), &mut map.table.stamps, Stamps::ALL.map(|(stamps, ..)| stamps), described)
             .on_hover_text("What is done with rows whose times are out of order or equal");
-        let about = "Replaces each burst of samples, no further apart than this time, by its mean";
-        let bursts = ["average bursts within", " s", about];
-        optional(ui, bursts, 0.001, &mut map.average_bursts_secs);
         let about = "A pause between two samples that is longer than this starts a new recording. Without a tick, the limit follows from the time steps in the file";
         optional(ui, ["new recording after a pause of", " s", about], 2.0, &mut map.gap_secs);
         tare(ui, &mut map.tare);

@@ -53,11 +53,6 @@ pub fn weight(ui: &mut Ui, map: &mut ColumnMap, out: &mut Out) {
             "angles about the axes of the turned sensor",
             "Each angle turns about an axis that the previous angles have turned",
         );
-        ui.checkbox(&mut weight.inertia, "inertia").on_hover_text(
-            "Adds the inertia force of the accelerated weight; the acceleration is computed from the position columns of the pose",
-        );
-        let smoothing = ["acceleration smoothed over", " s", "Duration of the window in which each acceleration is estimated"];
-        number(ui, smoothing, &mut weight.smoothing_secs);
         if ui.press(
             "Find the weight",
             "Estimates the mass from the pose and measured forces, and the centre of mass if moments are measured too",
