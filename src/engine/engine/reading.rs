@@ -3,20 +3,26 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::Engine;
+use super::{Engine, Leaving};
 use crate::{
     engine::{
-        files::{Opened, OpenedFile},
+        files::{Opened, OpenedFile, open_all},
         importing,
+        lost::find,
         notice::Level,
         project::{Edit, SessionFile, Split},
         session::{Session, SessionPart, add_parts, read_again},
-        task::Task,
-        tasks::{Files, InTurn},
+        tasks::{Files, Task, Turn},
     },
-    finding::Face,
-    import::{Loaded, unit_note},
-    recording::{RecordingSet, Tare},
+    finding::{Advice, Face},
+    import::{ColumnChange, Loaded, unit_note},
+    progress::Progress,
+    questions::question::Unanswered,
+    recording::{
+        Entry, Recording, RecordingSet, Tare, ValidRange,
+        simulated::{self, Late},
+    },
+    scoring::faults::faults_of,
     shown::file_name,
 };
 
@@ -27,39 +33,139 @@ impl Engine {
             (path, map)
         });
         let files: Files = files.filter(|file| !self.tasks.reads(file)).collect();
-        if !files.is_empty() {
-            self.await_turn(InTurn::Read(files));
+        if files.is_empty() {
+            return;
+        }
+        let title = match &files[..] {
+            [(one, _)] => format!("Reading {}", file_name(one)),
+            many => format!("Reading {} files", many.len()),
+        };
+        self.await_turn(files.clone(), move |engine| {
+            let remembered = engine.preferences.maps.clone();
+            let read = move |progress: &_| Ok(open_all(&files, &remembered, progress));
+            Task::new(title, read, Self::take_opened)
+        });
+    }
+
+    pub(in crate::engine) fn take_opened(&mut self, files: Vec<OpenedFile>) {
+        if files.iter().any(|(_, file)| matches!(file, Ok(Opened::Session(_)))) {
+            self.leave_for(Leaving::Open(files));
+        } else {
+            self.take_files(files);
         }
     }
 
     /// Tares the recordings with these indices.
     pub(super) fn tare(&mut self, which: &[usize], tare: Tare) {
         let entries = which.iter().filter_map(|at| self.entries().get(*at));
-        let which = entries.map(|entry| Arc::clone(&entry.recording)).collect();
-        self.await_turn(InTurn::Tare(which, tare));
+        // The recordings themselves are kept, because their indices may change before this work begins.
+        let which: Vec<_> = entries.map(|entry| Arc::clone(&entry.recording)).collect();
+        self.await_turn(Vec::new(), move |engine| {
+            let recordings = Arc::clone(&engine.project.recordings);
+            let before = Arc::clone(&recordings);
+            Task::new(
+                "Taring",
+                move |_| tared(&recordings, &which, tare),
+                move |engine: &mut Self, (tared, warnings)| {
+                    engine.take_changed(&before, tared, warnings);
+                },
+            )
+        });
     }
 
-    pub(super) fn await_turn(&mut self, turn: InTurn) {
-        self.tasks.wait(turn);
+    pub(super) fn leave_out_faulty(&mut self) {
+        self.await_turn(Vec::new(), |engine| {
+            let recordings = Arc::clone(&engine.project.recordings);
+            let (before, range) = (Arc::clone(&recordings), engine.project.valid_range());
+            Task::new(
+                "Leaving out faulty samples",
+                move |_| left_out(&recordings, &range),
+                move |engine: &mut Self, set| engine.take_changed(&before, set, Vec::new()),
+            )
+        });
+    }
+
+    /// Reads the files of the recordings again, with changed columns.
+    pub(super) fn change_columns(&mut self, change: ColumnChange) {
+        self.await_turn(Vec::new(), |engine| {
+            let before = Arc::clone(&engine.project.recordings);
+            let mut files = Session::of(&engine.project).files;
+            files.retain(|file| !engine.project.lost.contains(file));
+            let read = move |progress: &_| {
+                let read = |file: &SessionFile| {
+                    let (path, columns) = (&file.absolute, &file.columns);
+                    let other = change.map_of(path, columns.as_ref(), progress);
+                    let columns = other.map_err(because)?.or_else(|| columns.clone());
+                    let file = SessionFile { columns, ..file.clone() };
+                    let part = SessionPart::at(&file, path.clone(), progress);
+                    progress.check()?;
+                    match part.loaded {
+                        Some(Err(reason)) => Err(Unanswered::Because(reason)),
+                        _ => Ok(part),
+                    }
+                };
+                files.iter().map(read).collect::<Result<_, Unanswered>>()
+            };
+            Task::new("Reading again", read, move |engine: &mut Self, parts| {
+                if engine.has_still(&before) {
+                    engine.take_read_again(parts);
+                }
+            })
+        });
+    }
+
+    /// Simulates the recordings of the built-in sensor, which replace those that are loaded.
+    pub(super) fn simulate(&mut self, late: Option<Late>) {
+        self.await_turn(Vec::new(), move |engine| {
+            let before = Arc::clone(&engine.project.recordings);
+            let simulate = move |progress: &Progress| {
+                let made = match late {
+                    Some(late) => simulated::late_set(simulated::DEFAULT_SEED, late),
+                    None => simulated::demonstration(simulated::DEFAULT_SEED),
+                };
+                progress.check()?;
+                Ok(made)
+            };
+            let take = move |engine: &mut Self, set| engine.take_simulated(&before, set);
+            Task::new("Simulating the built-in sensor", simulate, take)
+        });
+    }
+
+    /// Takes recordings that were tared or of which samples were left out.
+    pub(in crate::engine) fn take_changed(
+        &mut self,
+        before: &Arc<RecordingSet>,
+        changed: RecordingSet,
+        warnings: Vec<String>,
+    ) {
+        if self.has_still(before) {
+            self.edit(Edit::Replace(Arc::new(changed)));
+            warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
+        }
+    }
+
+    /// Returns true if these recordings are still loaded. Otherwise the result of work on them is discarded with a notice.
+    fn has_still(&mut self, before: &Arc<RecordingSet>) -> bool {
+        let is_so = Arc::ptr_eq(before, &self.project.recordings);
+        if !is_so {
+            let text = "The recordings changed while they were tared, read again or searched for faulty samples, so the \
+                        result was discarded. Repeat the action.";
+            self.notice(Level::Warning, text);
+        }
+        is_so
+    }
+
+    /// Begins work on the recordings, which reads these files, after the other work on recordings has ended.
+    fn await_turn(&mut self, files: Files, begin: impl FnOnce(&mut Self) -> Task<Self> + 'static) {
+        self.tasks.wait(Turn { files, begin: Box::new(begin) });
         self.begin_next();
     }
 
     pub(super) fn begin_next(&mut self) {
-        let Some(turn) = self.tasks.next_turn() else { return };
-        let recordings = Arc::clone(&self.project.recordings);
-        let task = match turn.clone() {
-            InTurn::Read(files) => Task::open(files, self.preferences.maps.clone()),
-            InTurn::Tare(which, tare) => Task::tare(recordings, which, tare),
-            InTurn::LeaveOutFaulty => Task::leave_out(recordings, self.project.valid_range()),
-            InTurn::ChangeColumns(change) => {
-                let is_open = |file: &SessionFile| !self.project.lost.contains(file);
-                let mut files = Session::of(&self.project).files;
-                files.retain(is_open);
-                Task::change_columns(recordings, files, change)
-            }
-            InTurn::Simulate(late) => Task::simulate(recordings, late),
-        };
-        self.tasks.begin(task, Some(turn));
+        if let Some(Turn { files, begin }) = self.tasks.next_turn() {
+            let task = begin(self);
+            self.tasks.begin(task, Some(files));
+        }
     }
 
     pub(super) fn take_files(&mut self, files: Vec<OpenedFile>) {
@@ -131,7 +237,14 @@ impl Engine {
         }
     }
 
-    pub(super) fn take_simulated(&mut self, set: RecordingSet) {
+    pub(in crate::engine) fn take_simulated(
+        &mut self,
+        before: &Arc<RecordingSet>,
+        set: RecordingSet,
+    ) {
+        if !Arc::ptr_eq(before, &self.project.recordings) {
+            return;
+        }
         // A session that was just opened has no unsaved changes, and stays so when its simulated recordings arrive.
         let is_first = self.entries().is_empty();
         let is_saved = is_first && self.saved.is_some() && !self.is_unsaved();
@@ -166,7 +279,7 @@ impl Engine {
     }
 
     /// Replaces the recordings by those of the same files that were read by other column maps.
-    pub(super) fn take_read_again(&mut self, parts: Vec<SessionPart>) {
+    fn take_read_again(&mut self, parts: Vec<SessionPart>) {
         for map in parts.iter().filter_map(|part| part.file.columns.as_ref()) {
             self.preferences.remember_map(map);
         }
@@ -179,13 +292,25 @@ impl Engine {
 
     /// Searches for the missing files of the session at this path.
     pub(super) fn locate(&mut self, place: PathBuf) {
-        let open = self.project.files().map(Path::to_owned).collect();
-        self.tasks.start(Task::locate(self.project.lost.clone(), place, open));
+        let open: Vec<PathBuf> = self.project.files().map(Path::to_owned).collect();
+        let (lost, searched) = (self.project.lost.clone(), place.clone());
+        let search = move |progress: &Progress| {
+            let found = find(&lost, &searched, &open).into_iter();
+            let found = found.map(|(at, path)| {
+                let part = SessionPart::at(&lost[at], path, progress);
+                (lost[at].clone(), part)
+            });
+            let found: Vec<_> = found.collect();
+            progress.check()?;
+            Ok(found)
+        };
+        let take = move |engine: &mut Self, found| engine.take_located(&place, found);
+        self.tasks.begin(Task::new("Searching missing files", search, take), None);
     }
 
     /// Adds missing files of the session that have been found at `place`. Files that cannot be read stay in the list of
     /// missing files.
-    pub(super) fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
+    fn take_located(&mut self, place: &Path, found: Vec<(SessionFile, SessionPart)>) {
         let mut parts = Vec::new();
         for (file, part) in found {
             // The missing file is no longer in the list if another session was opened since the search began.
@@ -219,4 +344,47 @@ impl Engine {
             self.prove();
         }
     }
+}
+
+pub(super) fn because(error: impl Advice) -> Unanswered {
+    Unanswered::Because(error.text(Face::Window))
+}
+
+/// Returns the recordings, of which those in `which` are tared, and a warning for each that carries a load during its tare.
+/// They are recognised by name and file.
+fn tared(
+    recordings: &RecordingSet,
+    which: &[Arc<Recording>],
+    tare: Tare,
+) -> Result<(RecordingSet, Vec<String>), Unanswered> {
+    let (mut set, mut warnings) = (recordings.clone(), Vec::new());
+    for (at, Entry { recording, .. }) in recordings.entries().iter().enumerate() {
+        if which
+            .iter()
+            .any(|meant| meant.name() == recording.name() && meant.source() == recording.source())
+        {
+            let (tared, place) = Recording::clone(recording).tared(tare).map_err(because)?;
+            warnings.extend(tared.loaded_while_tared(place).map(|found| found.text(Face::Window)));
+            set.replace(at, tared);
+        }
+    }
+    Ok((set, warnings))
+}
+
+/// Returns the recordings without faulty samples. A recording that consists only of faulty samples is removed.
+fn left_out(recordings: &RecordingSet, range: &ValidRange) -> Result<RecordingSet, Unanswered> {
+    let mut set = RecordingSet::default();
+    let all: Vec<&Recording> = recordings.entries().iter().map(|entry| &*entry.recording).collect();
+    for (entry, found) in recordings.entries().iter().zip(faults_of(&all, range)) {
+        for part in found.left_out_of(&entry.recording, range) {
+            let part = Entry { group: entry.group.clone(), ..Entry::new(part, entry.role) };
+            set.push(part).map_err(because)?;
+        }
+    }
+    if set.entries().is_empty() {
+        let text =
+            "all samples look faulty, so none is left; check the gauge range and the rated loads";
+        return Err(Unanswered::Because(text.to_owned()));
+    }
+    Ok(set)
 }
