@@ -110,7 +110,7 @@ fn roles_change_by_the_right_mouse_button() {
     assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
 }
 
-/// Beside a calibration, the pane of the loops crosses every channel of the file.
+/// Beside a calibration, the pane of the channels crosses every channel of the file.
 #[test]
 fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
     let mut text = "time [s],Force [N],Strain_1 [mV/V],Displacement [mm]\n".to_owned();
@@ -120,8 +120,11 @@ fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
     }
     let mut drop = Counted::dropped("pull.csv", &text);
     assert_eq!(state(&drop.window).project().missing(), None);
-    drop.press("Loops");
-    drop.press("Any channel");
+    show(&mut drop.window, "channels");
+    click(&mut drop.window, Role::ComboBox, "across");
+    let items = drop.window.get_all_by_role_and_label(Role::Button, "Fz [N]");
+    items.last().expect("the list is open").click();
+    settle(&mut drop.window);
     drop.window.get_by_role_and_label(Role::Button, "Displacement [mm]").click();
     settle(&mut drop.window);
     assert!(has(&drop.window, "Displacement [mm] against Fz [N]"));
