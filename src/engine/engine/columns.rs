@@ -8,10 +8,9 @@ use crate::{
         importing::{ImportCommand, Importing, Preview},
         notice::Level,
         query::{Background as _, LaneEvent},
-        saving::{Existing, FileContent, Output},
         tasks::Task,
     },
-    import::{ColumnChange, estimate_weight, inspect::Known, map::ColumnMap, pose::WeightEstimate},
+    import::{ColumnChange, estimate_weight, inspect::Known, pose::WeightEstimate},
 };
 
 impl Engine {
@@ -41,11 +40,6 @@ impl Engine {
             let preview = change(importing);
             self.preview.ask_again(preview);
         }
-    }
-
-    /// Uses this column map for the file of the import page.
-    fn take_map(&mut self, map: ColumnMap) {
-        self.inspect(|importing| importing.take_map(map));
     }
 
     /// Uses the weight that was estimated for the file at this path.
@@ -86,10 +80,6 @@ impl Engine {
             ImportCommand::SetLayout(text) => self.inspect(|importing| importing.take_layout(text)),
             ImportCommand::SetMap(map) => self.inspect(|importing| importing.try_map(*map)),
             ImportCommand::Begin => self.inspect(|importing| importing.look(Known::Nothing)),
-            ImportCommand::ReadMap(path) => {
-                let read = move |_: &_| ColumnMap::read(&path).map_err(because);
-                self.tasks.begin(Task::new("Reading a column map", read, Self::take_map), None);
-            }
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {
                     let (path, map, of) = (path.clone(), map.clone(), path.clone());
@@ -98,18 +88,6 @@ impl Engine {
                     };
                     let take = move |engine: &mut Self, found| engine.take_weight(&of, &found);
                     self.tasks.begin(Task::new("Estimating the weight", find, take), None);
-                }
-            }
-            ImportCommand::WriteMap(path) => {
-                let Some(Importing { map, .. }) = &self.importing else { return };
-                let mut text = Vec::new();
-                match map.write_json(&mut text) {
-                    Ok(()) => self.save(Output {
-                        content: FileContent::Bytes(text.into()),
-                        paths: vec![path],
-                        existing: Existing::Ask,
-                    }),
-                    Err(error) => self.notice(Level::Error, error.to_string()),
                 }
             }
             ImportCommand::Load => {
