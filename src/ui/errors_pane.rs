@@ -17,7 +17,7 @@ use crate::{
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors, Scope},
-        small_plot::{range, small_plot},
+        small_plot::{over_samples, range},
         status_line::preview_of,
     },
 };
@@ -166,7 +166,7 @@ fn errors_over_time(ui: &Ui, axis: &AxisTraces, place: Rect) {
         lines.map(|(trace, series)| (trace.color(ui.visuals()), &**series)).collect();
     let (low, high) = range(lines.iter().map(|(_, series)| *series));
     let largest = high.max(-low);
-    small_plot(ui, place, (-largest, largest), &lines);
+    over_samples(ui, place, (-largest, largest), &lines);
 }
 
 /// Returns a table with one row for each axis: the errors on training samples, on test samples and by cross-validation.
