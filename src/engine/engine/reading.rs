@@ -1,5 +1,6 @@
 //! Work that adds, replaces or changes recordings: opening files, simulating, taring, and reading again.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use crate::{
         files::{Opened, OpenedFile, open_all},
         importing,
         lost::find,
-        notice::Level,
+        notice::{Level, Notice},
         project::{Edit, SessionFile, Split},
         session::{Session, SessionPart, add_parts, read_again},
         tasks::{Files, Task, Turn},
@@ -23,8 +24,11 @@ use crate::{
         simulated::{self, Late},
     },
     scoring::faults::faults_of,
-    shown::file_name,
+    shown::{file_name, first},
 };
+
+/// Maximum number of file names in a notice.
+const MAX_NAMED: usize = 4;
 
 impl Engine {
     pub(super) fn open(&mut self, paths: Vec<PathBuf>) {
@@ -169,7 +173,8 @@ impl Engine {
     }
 
     pub(super) fn take_files(&mut self, files: Vec<OpenedFile>) {
-        let mut recordings = Vec::new();
+        let (mut recordings, mut again) = (Vec::new(), BTreeMap::new());
+        let mut kinds = Kinds::default();
         let mut calibrations = Vec::new();
         let mut session = None;
         let mut to_import = Vec::new();
@@ -179,13 +184,19 @@ impl Engine {
                 self.preferences.remember(&path);
             }
             match opened {
-                Ok(Opened::Recordings(loaded)) => {
+                Ok(Opened::Recordings(mut loaded)) => {
                     for warning in &loaded.warnings {
-                        self.notice(Level::Warning, warning.text(Face::Window));
+                        kinds.note(Level::Warning, &warning.seen, warning.text(Face::Window));
                     }
-                    self.note_units(&path, &loaded);
-                    recordings.push(loaded.recordings);
-                    if let Some(map) = loaded.map {
+                    note_units(&path, &loaded, &mut kinds);
+                    let map = loaded.map.take();
+                    let absolute = absolute_of(&path);
+                    if self.project.files().any(|file| absolute_of(file) == absolute) {
+                        again.insert(absolute, loaded);
+                    } else {
+                        recordings.push(loaded.recordings);
+                    }
+                    if let Some(map) = map {
                         if self.project.maps.get(&path) != Some(&*map) {
                             by_remembered.push((path.clone(), (*map).clone()));
                         }
@@ -211,6 +222,10 @@ impl Engine {
         if self.project.begins_with(&recordings) {
             self.set_aside();
         }
+        kinds.into_notices().into_iter().for_each(|notice| self.show_notice(notice));
+        if !again.is_empty() {
+            self.reload(again);
+        }
         if !recordings.is_empty() {
             let refused = self.change(|project| project.add(recordings));
             refused.into_iter().for_each(|refused| self.notice(Level::Error, refused));
@@ -222,19 +237,20 @@ impl Engine {
         }
     }
 
-    /// Tells which loads have no unit, and which questions about the file's loads are open.
-    fn note_units(&mut self, path: &Path, loaded: &Loaded) {
-        let asked: Vec<String> = loaded.load_questions().collect();
-        let name = file_name(path);
-        if !asked.is_empty() {
-            let asked = asked.join(" ");
-            let text = format!(
-                "{name}: {asked} Answer with the menu of each channel in Import > Channels."
-            );
-            self.notice(Level::Warning, text);
-        } else if let Some(note) = unit_note(&loaded.mapped.without_unit) {
-            self.notice(Level::Info, format!("{name}: {note}"));
-        }
+    /// Replaces the recordings of files that were already open by those that were read again.
+    fn reload(&mut self, mut again: BTreeMap<PathBuf, Loaded>) {
+        let names = first(MAX_NAMED, again.keys().map(|path| file_name(path)));
+        let mut files = Session::of(&self.project).files;
+        files.retain(|file| !self.project.lost.contains(file));
+        let whole = self.project.split.as_ref().map(|split| &split.whole);
+        let whole = Arc::clone(whole.unwrap_or(&self.project.recordings));
+        let parts = files.into_iter().map(|file| {
+            let read = again.remove(&file.absolute);
+            SessionPart::again(file, read, &whole)
+        });
+        let parts = parts.collect();
+        self.take_read_again(parts);
+        self.notice(Level::Info, format!("Read again, because already open: {names}"));
     }
 
     pub(in crate::engine) fn take_simulated(
@@ -344,6 +360,47 @@ impl Engine {
             self.prove();
         }
     }
+}
+
+/// Notes which loads have no unit, and which questions about the file's loads are open.
+fn note_units(path: &Path, loaded: &Loaded, kinds: &mut Kinds) {
+    let asked: Vec<String> = loaded.load_questions().collect();
+    let name = file_name(path);
+    if !asked.is_empty() {
+        let asked = asked.join(" ");
+        let text =
+            format!("{name}: {asked} Answer with the menu of each channel in Import > Channels.");
+        kinds.note(Level::Warning, &asked, text);
+    } else if let Some(note) = unit_note(&loaded.mapped.without_unit) {
+        kinds.note(Level::Info, &note, format!("{name}: {note}"));
+    }
+}
+
+/// Notices about files that were read together: one for each kind. The notices of one kind differ only in their numbers.
+#[derive(Default)]
+struct Kinds(Vec<(String, Notice, usize)>);
+
+impl Kinds {
+    /// Adds a notice. `words` are its text without the name of the file.
+    fn note(&mut self, level: Level, words: &str, text: String) {
+        let kind: String = words.chars().filter(|c| c.is_alphabetic()).collect();
+        match self.0.iter_mut().find(|(known, ..)| *known == kind) {
+            Some((.., n)) => *n += 1,
+            None => self.0.push((kind, Notice::new(level, text), 1)),
+        }
+    }
+
+    fn into_notices(self) -> Vec<Notice> {
+        let notice = |(_, notice, n): (String, Notice, usize)| match n {
+            1 => notice,
+            _ => Notice { text: format!("{n} files, such as {}", notice.text), ..notice },
+        };
+        self.0.into_iter().map(notice).collect()
+    }
+}
+
+fn absolute_of(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 pub(super) fn because(error: impl Advice) -> Unanswered {
