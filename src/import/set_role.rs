@@ -112,6 +112,16 @@ fn give(table: &mut TableMap, report: &TableReport, index: usize, asked: &Channe
             }
         }
     }
+    // A gauge without a name keeps its number when another column becomes a gauge, or is none any more.
+    let is_gauge = |at: &usize| table.rule(&header, *at).is == ColumnRole::Gauge;
+    let gauges: Vec<usize> = (0..report.columns.len()).filter(is_gauge).collect();
+    for (number, at) in gauges.into_iter().enumerate() {
+        let rule = table.rule(&header, at);
+        if rule.name.is_none() && report.columns[at].header.is_empty() {
+            let name = Some(format!("S{}", number + 1));
+            table.set_rule(&header, at, ColumnRule { name, ..rule });
+        }
+    }
     let mut rule = table.rule(&header, index);
     let is_kept = rule.is == asked.role;
     rule.is = asked.role;

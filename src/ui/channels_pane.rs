@@ -6,10 +6,7 @@ use egui::Ui;
 use crate::{
     engine::{Action, Asker, Engine, ImportCommand},
     import::{ChannelRole, ColumnChange, map::ColumnRole},
-    questions::{
-        View as Shown,
-        channels::query::{ChannelPlot, ChannelQuestion},
-    },
+    questions::{View as Shown, channels::query::ChannelQuestion},
     recording::{
         Axis, Channel, Recording, units::force_in_newtons, units::moment_in_newton_metres,
     },
@@ -192,17 +189,11 @@ impl View {
             ui.vertical(|ui| {
                 ui.set_width(TABLE_WIDTH);
                 if let Some(plot) = lane.answer() {
-                    figures(ui, plot);
+                    ui.scrolled(|ui| table::show(ui, &plot.table()));
                 }
             });
         }
     }
-}
-
-fn figures(ui: &mut Ui, plot: &ChannelPlot) {
-    let found = plot.table();
-    ui.copies("table", || found.tab_separated());
-    ui.scrolled(|ui| table::show(ui, &found));
 }
 
 /// Returns the recording on screen, or the first if all are on screen.
@@ -231,7 +222,7 @@ fn across_choice(ui: &mut Ui, recording: &Recording, across: &mut Channel) {
 fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut Out) {
     let recording = &*engine.entries()[at].recording;
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        for channel in Channel::all(recording) {
+        for channel in Channel::in_file_order(recording) {
             ui.horizontal(|ui| {
                 role_menu(ui, recording, channel, out);
                 let label = channel.label(recording);

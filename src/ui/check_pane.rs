@@ -7,9 +7,7 @@ use crate::{
     finding::{Face, Verdict},
     questions::{
         budget::{Action, ErrorBudget, Remedy, Row},
-        check::{
-            independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
-        },
+        check::{independent_loads::Sufficiency, query::CheckData, rig_figures},
         thresholds::Measure,
     },
     scoring::budget::Cause,
@@ -22,7 +20,6 @@ use crate::{
         plots::{self, Zoom},
         scope::scale_of,
         strip::{command, percent_left, shares_of, short},
-        table,
     },
 };
 
@@ -108,8 +105,6 @@ impl View {
                 });
             }
         });
-        ui.add_space(12.0);
-        ui.horizontal(|ui| ui.copies("tables", || table::joined(&sufficiency_tables(found))));
     }
 }
 

@@ -5,9 +5,8 @@ use egui::{Label, Rect, RichText, Sense, Ui, Vec2};
 use crate::{
     engine::Engine,
     finding::Face,
-    questions::{Analysis, AxisTraces, errors::errors, expected_error::query::AskExpectedError},
+    questions::{Analysis, AxisTraces, expected_error::query::AskExpectedError},
     recording::Channel,
-    report::{Shown, Table},
     scoring::score_set::ScoreSet,
     ui::{
         channels_pane,
@@ -55,7 +54,6 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
         for set in sets {
             ui.select(&mut scope.on, set, set.title(), set.explanation());
         }
-        ui.copies("table", || all_errors(analysis).tab_separated());
         if let Some(each) = analysis.preview_of {
             ui.warn("Preview").on_hover_text(preview_of(each));
         }
@@ -167,14 +165,4 @@ fn errors_over_time(ui: &Ui, axis: &AxisTraces, place: Rect) {
     let (low, high) = range(lines.iter().map(|(_, series)| *series));
     let largest = high.max(-low);
     over_samples(ui, place, (-largest, largest), &lines);
-}
-
-/// Returns a table with one row for each axis: the errors on training samples, on test samples and by cross-validation.
-fn all_errors(analysis: &Analysis) -> Table {
-    let factory = analysis.factory.as_ref();
-    let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
-        let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
-        Some((set.title().to_owned(), table))
-    });
-    Table::beside("", tables)
 }
