@@ -443,7 +443,8 @@ pub fn workspaces() -> Vec<Action> {
 /// Returns one action for each pane, which shows the pane.
 pub fn panes() -> Vec<Action> {
     let show = |pane: Pane| {
-        action(format!("Show {}", pane.title), pane.explanation, None, Command::ShowPane(pane))
+        let about = "Shows this pane in its workspace, as a drawer, or alone";
+        action(format!("Show {}", pane.title), about, None, Command::ShowPane(pane))
     };
     panes::all().map(show).collect()
 }

@@ -227,10 +227,10 @@ impl Drawing<'_, '_> {
         ui.horizontal(|ui| {
             ui.set_height(HEAD_HEIGHT);
             ui.add_space(8.0);
-            let about = format!("{}. A double click maximises the pane", pane.explanation);
             let title = egui::RichText::new(pane.title).size(15.0).strong();
             let title = ui.add(egui::Label::new(title).sense(Sense::click()));
-            if title.on_hover_text(about).double_clicked() {
+            let title = title.on_hover_text("A double click maximises this pane");
+            if title.double_clicked() {
                 self.cx.out.send(Command::ToggleMaximized(Some(pane)));
             }
             let layout = egui::Layout::right_to_left(egui::Align::Center);
