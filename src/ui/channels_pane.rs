@@ -196,11 +196,7 @@ impl View {
     }
 }
 
-/// Returns the recording on screen, or the first if all are on screen.
-pub fn shown(engine: &Engine) -> Option<&Recording> {
-    Some(&engine.entries()[index_shown(engine)?].recording)
-}
-
+/// Returns the index of the recording on screen, or of the first if all are on screen.
 fn index_shown(engine: &Engine) -> Option<usize> {
     let n = engine.entries().len();
     let at = match engine.project().view {
@@ -238,7 +234,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
     });
 }
 
-pub fn role_of(channel: Channel, recording: &Recording) -> &'static str {
+fn role_of(channel: Channel, recording: &Recording) -> &'static str {
     match channel {
         Channel::Time if recording.is_static() => "Rows",
         Channel::Time => "Time",
@@ -270,17 +266,13 @@ fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out
 }
 
 /// Returns true if the channel is a column of a file, so that it may have another role.
-pub fn can_change(channel: Channel, recording: &Recording) -> bool {
+fn can_change(channel: Channel, recording: &Recording) -> bool {
     let is_row = channel == Channel::Time && recording.is_static();
     recording.source().path().is_some() && !is_row
 }
 
 /// Draws the menu that gives a channel another role.
-pub fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
-    if !can_change(channel, recording) {
-        ui.weak("The roles of a built-in sensor do not change");
-        return;
-    }
+fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
     let mut chosen: Option<(ColumnRole, Option<String>)> = None;
     let mut plain = |ui: &mut Ui, role: ColumnRole, about: &str| {
         if ui.press(role.label(), about) {

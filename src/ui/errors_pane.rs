@@ -6,10 +6,8 @@ use crate::{
     engine::Engine,
     finding::Face,
     questions::{Analysis, AxisTraces, expected_error::query::AskExpectedError},
-    recording::Channel,
     scoring::score_set::ScoreSet,
     ui::{
-        channels_pane,
         command::{Command, Out},
         controls::{Controls as _, cells, named_selected, place as place_in, place_right},
         numbers::significant,
@@ -115,7 +113,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
         let [name, plot, numbers @ ..] = columns(place);
         let is_shown = scope.axes().contains(axis);
         named_selected(&row, egui::Role::RadioButton, is_shown, &axis.label());
-        let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it. The right mouse button opens the menu of its role");
+        let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it");
         if is_shown {
             ui.painter().rect_filled(place, 4.0, visuals.selection.bg_fill);
         } else if row.hovered() || row.has_focus() {
@@ -147,11 +145,6 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             let adds = ui.input(|input| input.modifiers.shift);
             let choice = if adds { AxisChoice::Toggle(at) } else { AxisChoice::Only(at) };
             out.send(Command::Axes(choice));
-        }
-        if let Some(recording) = channels_pane::shown(engine)
-            && let Some(load) = recording.axes().iter().position(|known| known == axis)
-        {
-            row.context_menu(|ui| channels_pane::roles(ui, recording, Channel::Load(load), out));
         }
     }
 }

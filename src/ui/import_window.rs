@@ -142,13 +142,7 @@ fn read_as(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mu
 }
 
 fn preview(ui: &mut Ui, table: &TableReport) {
-    ui.horizontal(|ui| {
-        ui.strong("First rows");
-        if ui.press_small("Copy rows", "Copies the rows as tab-separated text") {
-            let rows = table.preview.iter().map(|row| row.join("\t"));
-            ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
-        }
-    });
+    ui.strong("First rows");
     egui::ScrollArea::horizontal().id_salt("preview").show(ui, |ui| {
         egui::Grid::new("preview").striped(true).show(ui, |ui| {
             for row in &table.preview {
