@@ -252,7 +252,7 @@ pub fn time() -> Vec<Action> {
         ),
         (
             "Show or hide the table of the cursors",
-            "Table of each trace at cursors A and B, with mean, deviation and range between them",
+            "Table of each trace at cursors A and B, with the range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
         ),
