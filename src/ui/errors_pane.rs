@@ -15,7 +15,6 @@ use crate::{
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors, Scope},
         small_plot::{over_samples, range},
-        status_line::preview_of,
     },
 };
 
@@ -51,9 +50,6 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
         let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
         for set in sets {
             ui.select(&mut scope.on, set, set.title(), set.explanation());
-        }
-        if let Some(each) = analysis.preview_of {
-            ui.warn("Preview").on_hover_text(preview_of(each));
         }
     });
     let quality = &analysis.calibration.quality;
