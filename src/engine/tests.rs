@@ -216,6 +216,36 @@ fn n_notices(engine: &Engine, level: Level) -> usize {
     notices.filter(|notice| notice.level == level).count()
 }
 
+#[test]
+fn a_file_that_is_open_is_read_again_and_not_added_twice() {
+    let mut engine = engine_with_files();
+    edit(&mut engine, Edit::Roles(vec![1], Role::Off));
+    edit(&mut engine, Edit::Split(0.5));
+    let n = engine.entries().len();
+    open(&mut engine, &["b"]);
+    last_notice(&engine, Level::Info, "b");
+    assert_eq!(engine.entries().len(), n);
+    edit(&mut engine, Edit::Unsplit);
+    assert_eq!(names(engine.project()), ["a", "b", "test"]);
+    assert_eq!(roles(engine.project())[1], Role::Off);
+}
+
+/// The warnings about three files differ only in their numbers.
+#[test]
+fn warnings_of_one_kind_are_one_notice() {
+    let mut engine = engine();
+    let file = |at: usize| {
+        let mut file = read(of_file(["a", "b", "test"][at], &GAUGES, &FORCES));
+        if let Ok(Opened::Recordings(loaded)) = &mut file.1 {
+            let seen = format!("time jumps to {at} s");
+            loaded.warnings.push(Finding::new(Id::Stamps, Verdict::Doubtful, seen));
+        }
+        file
+    };
+    take_files(&mut engine, (0..3).map(file).collect());
+    assert_eq!((engine.entries().len(), n_notices(&engine, Level::Warning)), (3, 1));
+}
+
 fn with_f_th(engine: &Engine, f_th: f64) -> Edit {
     let mut settings = engine.project().settings.clone();
     settings.features.look_backs[0].f_th = f_th;
