@@ -3,7 +3,7 @@
 
 use egui::{
     Align, Button, ComboBox, DragValue, Layout, Pos2, Rect, RichText, Sense, Shape, Slider,
-    SliderClamping, Stroke, Ui, UiBuilder, Vec2,
+    SliderClamping, Stroke, Ui, Vec2,
 };
 
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
         blocks_panel,
         choice::choice,
         command::{Command, Out, Pane},
-        controls::named,
+        controls::{named, place as place_in, place_down},
         numbers::significant,
         palette::{self, Trace},
         pane::Cx,
@@ -59,8 +59,7 @@ pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
     let model = rect.with_max_x(rect.left() + width);
     let rest = rect.with_min_x(model.right() + 2.0 * PADDING);
     edited(ui, cx, |ui, cx, settings| {
-        let layout = Layout::top_down(Align::Min);
-        ui.scope_builder(UiBuilder::new().max_rect(model).layout(layout), |ui| {
+        place_down(ui, model, "model", |ui| {
             ui.shrink_clip_rect(model.expand(2.0));
             model_choices(ui, cx.engine, settings, cx.out);
         });
@@ -226,31 +225,27 @@ fn threshold(
     );
     let rail = Rect::from_min_size(curve.left_bottom(), Vec2::new(place.width(), HANDLE));
     let mut label = None;
-    ui.scope_builder(
-        UiBuilder::new().max_rect(head).layout(Layout::left_to_right(Align::Center)),
-        |ui| {
-            ui.label(shown.title);
-            label = Some(ui.label(RichText::new(shown.setting.label).strong()).id);
-            if ui.ctx().content_rect().width() >= 1500.0 {
-                ui.small(shown.keys);
+    place_in(ui, head, |ui| {
+        ui.label(shown.title);
+        label = Some(ui.label(RichText::new(shown.setting.label).strong()).id);
+        if ui.ctx().content_rect().width() >= 1500.0 {
+            ui.small(shown.keys);
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if !is_on {
+                ui.weak("switched off");
+                return;
             }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if !is_on {
-                    ui.weak("switched off");
-                    return;
-                }
-                ui.weak(shown.unit);
-                let font = egui::FontId::proportional(VALUE_SIZE);
-                ui.style_mut().override_font_id = Some(font);
-                let field = DragValue::new(&mut value)
-                    .speed(0.01 * shown.largest)
-                    .max_decimals(shown.decimals);
-                let field = ui.add(field).on_hover_text(shown.setting.help());
-                found(&shown.setting, &field);
-                label.into_iter().for_each(|label| drop(field.clone().labelled_by(label)));
-            });
-        },
-    );
+            ui.weak(shown.unit);
+            let font = egui::FontId::proportional(VALUE_SIZE);
+            ui.style_mut().override_font_id = Some(font);
+            let field =
+                DragValue::new(&mut value).speed(0.01 * shown.largest).max_decimals(shown.decimals);
+            let field = ui.add(field).on_hover_text(shown.setting.help());
+            found(&shown.setting, &field);
+            label.into_iter().for_each(|label| drop(field.clone().labelled_by(label)));
+        });
+    });
     let reach = HANDLE / 2.0;
     let ends = (rail.left() + reach, rail.right() - reach);
     let x_of =
@@ -262,7 +257,7 @@ fn threshold(
         let most = shown.largest / shown.factor;
         lowest = draw_curve(ui, map, along, present, scope, (over_rail, most));
     }
-    ui.scope_builder(UiBuilder::new().max_rect(rail), |ui| {
+    place_down(ui, rail, shown.setting.label, |ui| {
         ui.spacing_mut().slider_width = rail.width();
         ui.spacing_mut().slider_rail_height = RAIL_HEIGHT;
         ui.spacing_mut().interact_size.y = HANDLE;
