@@ -254,7 +254,9 @@ impl Recovery {
 
     /// Removes these restored files of crashed windows as soon as this window has autosaved or saved their content.
     pub fn take_over(&mut self, restored: Vec<PathBuf>) {
-        if !restored.is_empty() {
+        if self.kept.as_ref().is_some_and(|(_, is_saved)| *is_saved) {
+            drop_all(restored);
+        } else if !restored.is_empty() {
             self.restored.extend_from_slice(&restored);
             self.autosave.send(Message::Restored(restored));
         }

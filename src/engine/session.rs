@@ -459,7 +459,7 @@ impl SessionPart {
         }
     }
 
-    /// Returns the part of a file of which these recordings were read again, or are still in memory (`None`).
+    /// Returns the part of a file that was read again, or whose recordings are still in memory (`None`).
     pub fn again(file: SessionFile, read: Option<Loaded>, open: &RecordingSet) -> Self {
         let loaded = match read {
             Some(loaded) => as_saved(Loaded { warnings: Vec::new(), ..loaded }, &file),
@@ -470,7 +470,11 @@ impl SessionPart {
                 Ok(Loaded { recordings: recordings.collect(), ..Loaded::default() })
             }
         };
-        Self { file, loaded: Some(loaded), changed: false }
+        // The recordings may name their file by a relative path.
+        let first = loaded.as_ref().ok().and_then(|loaded| loaded.recordings.first());
+        let path = first.and_then(|first| first.source().path()).map(Path::to_owned);
+        let absolute = path.unwrap_or_else(|| file.absolute.clone());
+        Self { file: SessionFile { absolute, ..file }, loaded: Some(loaded), changed: false }
     }
 }
 
