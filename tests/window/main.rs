@@ -232,8 +232,11 @@ fn load(window: &mut Window, path: &str) {
 fn maximize(window: &mut Window, pane: &str) {
     show(window, pane);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::ToggleMaximized(Some(workspace::named(pane))));
-    settle(window);
+    // A pane in no workspace is shown alone.
+    if shell.on_screen().len() > 1 {
+        shell.send(Command::ToggleMaximized(Some(workspace::named(pane))));
+        settle(window);
+    }
 }
 
 fn names(window: &Window) -> Vec<String> {
