@@ -23,6 +23,7 @@ use crate::{
     },
     recording::Axis,
     report::Table,
+    scoring::numbers::rate_in_words,
     shown::{and_more, counted, message, number, printable},
 };
 
@@ -246,7 +247,8 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         )?;
         const LISTED: usize = 10;
         for report in check.recordings.iter().take(LISTED) {
-            let rate = rate(report.rate_hz, report.n_samples, report.duration_secs);
+            let rate = rate_in_words(report.rate_hz, report.n_samples, report.duration_secs);
+            let rate = rate.map_or_else(String::new, |rate| format!(", {rate}"));
             writeln!(
                 out,
                 "  {}: {}, {:.3} s{rate}",
@@ -283,15 +285,4 @@ fn print_check(check: &Check, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "warning: {}", message(&warning.text(Face::CommandLine)))?;
     }
     Ok(())
-}
-/// Returns the sample rate in words, derived from the median time step. If pauses or bursts make the mean rate differ by 5 %
-/// or more, both rates are given.
-fn rate(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> String {
-    let Some(rate_hz) = rate_hz else { return String::new() };
-    let mean_hz = (n_samples.saturating_sub(1)) as f64 / duration_secs;
-    if (mean_hz / rate_hz - 1.0).abs() < 0.05 {
-        format!(", {rate_hz:.4} Hz")
-    } else {
-        format!(", {rate_hz:.4} Hz by the median step, {mean_hz:.4} Hz on average")
-    }
 }

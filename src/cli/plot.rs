@@ -14,7 +14,7 @@ use super::{
 use crate::{
     export::Together,
     questions::{
-        loops::{FiguresOf, Inks, LoopPlot, LoopView},
+        loops::{Inks, LoopPlot, LoopView},
         page::{ReportData, ReportRequest, report},
     },
     report::figure::{Figure, STANDS_ALONE, stacked_svg},
@@ -100,8 +100,7 @@ type Found<'a> = Result<Vec<Figure<'a>>, String>;
 
 /// Returns the loops of all axes that have any.
 fn loops(data: &ReportData) -> Found<'_> {
-    let figure =
-        |plot| LoopView::of_all(plot, ("", ""), FiguresOf::Mean).figure(&Inks::PRINT, None);
+    let figure = |plot| LoopView::of_all(plot, ("", "")).figure(&Inks::PRINT, None);
     let plots: Vec<&LoopPlot> = data.loops.iter().flatten().flatten().collect();
     match data.loops.iter().find_map(|found| found.as_ref().err()) {
         Some(reason) if plots.is_empty() => Err(reason.clone()),

@@ -203,7 +203,7 @@ pub struct Engine {
     pub(crate) following: Lane<Follow>,
     current: Current,
     preview: Lane<Preview>,
-    tasks: Tasks,
+    tasks: Tasks<Self>,
     datasets: Datasets,
 }
 

@@ -53,10 +53,6 @@ pub enum ImportCommand {
     FindWeight,
     /// Detect text layout and columns of the file again, as if it had just been opened.
     Begin,
-    /// Read a column map from a file.
-    ReadMap(PathBuf),
-    /// Write the column map to a file.
-    WriteMap(PathBuf),
     /// Load the file by the column map, and remember the map for similar files.
     Load,
     /// Cancel the import of this file, and continue with the next waiting file.

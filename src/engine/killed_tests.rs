@@ -58,7 +58,7 @@ fn writes_until_killed() {
         return;
     };
     let folder = Path::new(&folder);
-    let recovery = Recovery::begin_every(folder, Duration::ZERO);
+    let mut recovery = Recovery::begin_every(folder, Duration::ZERO);
     let begun = PreferencesFile::read_in(folder).unwrap_or_default();
     let mut preferences = PreferencesFile::new(folder, begun.clone());
     let first = last_round(&begun).map_or(0, |round| round + 1);
@@ -71,7 +71,8 @@ fn writes_until_killed() {
         saved.write(&path, &Progress::default()).unwrap();
         let unsaved = Unsaved { session: session(round), ..Unsaved::default() };
         recovery.keep(unsaved, false);
-        while !recovery.autosave().is_written() {
+        let written = || Session::read(recovery.path().unwrap()).ok();
+        while written().is_none_or(|written| written != session(round)) {
             thread::sleep(Duration::from_millis(1));
         }
         fs::write(folder.join("begun"), "").unwrap();

@@ -22,7 +22,6 @@ pub(crate) mod query;
 mod recovery;
 mod saving;
 mod session;
-mod task;
 mod tasks;
 #[cfg(test)]
 mod tests;

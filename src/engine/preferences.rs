@@ -129,14 +129,10 @@ impl Preferences {
         }
         take(&self.theme, &known.theme, &mut file.theme);
         take(&self.text_scale, &known.text_scale, &mut file.text_scale);
-        let forgotten = forgotten(&self.recent, &known.recent, MAX_RECENT);
-        file.recent.retain(|path| !forgotten.contains(&path));
-        let newest = newest(&self.recent, &known.recent);
-        newest.iter().rev().for_each(|path| file.remember(path));
-        let forgotten = self::forgotten(&self.maps, &known.maps, MAX_MAPS);
-        file.maps.retain(|map| !forgotten.contains(&map));
-        let newest = self::newest(&self.maps, &known.maps);
-        newest.iter().rev().for_each(|map| file.remember_map(map));
+        let recent = newest(&self.recent, &known.recent).iter();
+        recent.rev().for_each(|path| file.remember(path));
+        let maps = newest(&self.maps, &known.maps).iter();
+        maps.rev().for_each(|map| file.remember_map(map));
         file
     }
 }
@@ -147,12 +143,6 @@ fn newest<'a, T: PartialEq>(now: &'a [T], before: &[T]) -> &'a [T] {
     let is_left = |item: &&T| left.any(|other| other == *item);
     let n_old = now.iter().rev().take_while(is_left).count();
     &now[..now.len() - n_old]
-}
-
-/// Returns the entries of `before` that the user has removed. Entries that were pushed out of a full list do not count.
-fn forgotten<'a, T: PartialEq>(now: &[T], before: &'a [T], most: usize) -> Vec<&'a T> {
-    let is_gone = |item: &&T| now.len() < most && !now.contains(*item);
-    before.iter().filter(is_gone).collect()
 }
 
 /// Preferences file, which all windows of a user share.
@@ -253,7 +243,6 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (mut first, mut own) = window(folder.path());
         own.remember(Path::new("/old.csv"));
-        own.remember(Path::new("/gone.csv"));
         first.write(&own).unwrap();
         let (mut a, mut of_a) = window(folder.path());
         let (mut b, mut of_b) = window(folder.path());
@@ -271,7 +260,6 @@ mod tests {
         of_b.text_scale = 1.5;
         of_b.remember_map(&map(2));
         of_b.remember(Path::new("/b.csv"));
-        of_b.recent.retain(|path| !path.ends_with("gone.csv"));
         b.write(&of_b).unwrap();
         // Nothing changed here, so the changes of the other window stay.
         a.write(&of_a).unwrap();
@@ -283,12 +271,10 @@ mod tests {
     }
 
     #[test]
-    fn entries_pushed_out_of_a_full_list_do_not_count_as_removed() {
+    fn entries_at_the_front_that_were_not_there_before_are_new() {
         let names = |from: i32, to: i32| (from..to).rev().collect::<Vec<_>>();
         assert_eq!(newest(&[9, 2, 5, 4, 1], &[5, 4, 3, 2, 1]), [9, 2]);
         assert_eq!(newest(&names(3, 15), &names(0, 12)), [14, 13, 12]);
-        assert!(forgotten(&names(3, 15), &names(0, 12), 12).is_empty());
-        assert_eq!(forgotten(&[2], &[2, 1], 12), [&1]);
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub fn let_window_go_first() {
 }
 
 /// Lowers the priority of the present thread to that of background work, if the system permits.
-fn stand_back() {
+pub fn stand_back() {
     let lower = ThreadPriorityValue::try_from(BACKGROUND_PRIORITY)
         .map(ThreadPriority::Crossplatform)
         .map(set_current_thread_priority);
@@ -308,11 +308,6 @@ impl<Q: Query> Lane<Q> {
         Some((&whole.question, &whole.answer))
     }
 
-    /// Removes and returns the result, if it is complete.
-    pub fn take_whole(&mut self) -> Option<Q::Answer> {
-        Some(self.shown.take_if(|shown| shown.is_whole)?.answer)
-    }
-
     /// Returns true if the shown result is complete and belongs to the newest request.
     pub fn is_current(&self) -> bool
     where
@@ -547,8 +542,6 @@ mod tests {
         lane.ask(question(3));
         wait(&mut lane);
         assert_eq!(whole(&lane), Some((3, 2003)));
-        assert_eq!(lane.take_whole(), Some(2003));
-        assert_eq!(whole(&lane), None);
     }
 
     #[test]

@@ -7,7 +7,8 @@
 use std::fs::{self, File};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -18,7 +19,6 @@ use crate::{
         session::{Session, trained_beside, write_session},
     },
     export::clean_up_in,
-    panicked::locked,
     recording::RecordingSet,
     same::same_where,
 };
@@ -42,6 +42,10 @@ pub struct Recovery {
     this: Option<ThisWindow>,
     autosave: Autosave,
     thread: Option<JoinHandle<()>>,
+    /// What was last passed to the thread: the document, and true if the user has saved it.
+    kept: Option<(Unsaved, bool)>,
+    /// Autosave files of crashed windows that were restored here. They are about to be removed, so they are not listed.
+    restored: Vec<PathBuf>,
 }
 
 struct ThisWindow {
@@ -71,58 +75,23 @@ impl Unsaved {
     }
 }
 
-/// State that the window shares with the autosave thread.
+/// Way to the autosave thread, if it runs.
 #[derive(Clone, Default)]
-pub struct Autosave(Arc<(Mutex<Desk>, Condvar)>);
+pub struct Autosave(Option<Sender<Message>>);
 
-#[derive(Default)]
-struct Desk {
-    newest: Unsaved,
-    /// True if the user has saved the newest document in a session file.
-    is_saved: bool,
-    /// State (session and trained calibration) that the autosave file contains; `None` if there is no file.
-    written: Option<Unsaved>,
+enum Message {
+    /// The newest document, and true if the user has saved it.
+    Newest(Unsaved, bool),
+    /// A calibration that was just trained on these recordings with these settings.
+    Trained(Arc<RecordingSet>, FitSettings, Arc<Calibration>),
     /// Autosave files of crashed windows that were restored here. Each is removed once this window has autosaved or saved its
     /// content.
-    restored: Vec<PathBuf>,
-    /// True if the newest document must be autosaved at once, without waiting for the end of the interval.
-    is_urgent: bool,
-    ended: bool,
-}
-
-impl Desk {
-    fn is_due(&self) -> bool {
-        let is_known = self.written.as_ref().is_some_and(|written| *written == self.newest);
-        !self.is_saved && (!is_known || !self.restored.is_empty())
-    }
-
-    /// If the user has saved everything, removes the autosave file of this window and the restored autosave files.
-    fn tidy(&mut self, path: Option<&Path>) {
-        if self.is_saved {
-            // The autosave file is older than the session that the user saved, so it is removed.
-            if let (Some(_), Some(path)) = (self.written.take(), path) {
-                remove_pair(path);
-            }
-            drop_all(std::mem::take(&mut self.restored));
-        }
-    }
+    Restored(Vec<PathBuf>),
+    /// The window ends.
+    End,
 }
 
 impl Autosave {
-    fn lock(&self) -> MutexGuard<'_, Desk> {
-        locked(&self.0.0)
-    }
-
-    fn wake(&self) {
-        self.0.1.notify_all();
-    }
-
-    /// Returns true if the autosave file contains the newest document.
-    #[cfg(test)]
-    pub fn is_written(&self) -> bool {
-        !self.lock().is_due()
-    }
-
     /// Makes the thread autosave a calibration as soon as it is trained, even if the window is hidden.
     pub fn take_trained(
         &self,
@@ -130,48 +99,93 @@ impl Autosave {
         settings: &FitSettings,
         trained: &Arc<Calibration>,
     ) {
-        let mut desk = self.lock();
-        let newest = &mut desk.newest;
-        let of = &newest.session.project;
-        if Arc::ptr_eq(&of.recordings, recordings) && of.settings == *settings {
-            newest.trained = Some(Arc::clone(trained));
-            desk.is_saved = false;
-            desk.is_urgent = true;
-            self.wake();
+        let (recordings, trained) = (Arc::clone(recordings), Arc::clone(trained));
+        self.send(Message::Trained(recordings, settings.clone(), trained));
+    }
+
+    fn send(&self, message: Message) {
+        if let Some(thread) = &self.0 {
+            // Sending fails only after the end of the thread, so the failure is ignored.
+            let _ = thread.send(message);
+        }
+    }
+}
+
+/// State of the autosave thread.
+struct Desk {
+    path: PathBuf,
+    every: Duration,
+    newest: Unsaved,
+    /// True if the user has saved the newest document in a session file.
+    is_saved: bool,
+    /// State (session and trained calibration) that the autosave file contains; `None` if there is no file.
+    written: Option<Unsaved>,
+    restored: Vec<PathBuf>,
+}
+
+impl Desk {
+    /// Writes changes until the window ends, at intervals of at least `every`.
+    fn run(mut self, inbox: &Receiver<Message>) {
+        let mut next = Instant::now();
+        loop {
+            let is_known = self.written.as_ref().is_some_and(|written| *written == self.newest);
+            let is_due = !self.is_saved && (!is_known || !self.restored.is_empty());
+            let message = if is_due {
+                inbox.recv_timeout(next.saturating_duration_since(Instant::now()))
+            } else {
+                inbox.recv().map_err(RecvTimeoutError::from)
+            };
+            match message {
+                Ok(Message::End) | Err(RecvTimeoutError::Disconnected) => return,
+                Ok(message) => {
+                    if self.take(message) {
+                        next = Instant::now();
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    // A failed autosave is not reported, because the user did not ask for it. It is tried again after the
+                    // interval.
+                    next = Instant::now() + self.every;
+                    if self.newest.write(&self.path) {
+                        self.written = Some(self.newest.clone());
+                        drop_all(std::mem::take(&mut self.restored));
+                    }
+                }
+            }
         }
     }
 
-    /// Runs the autosave thread: writes changes to `path` until the window ends, at intervals of at least `every`.
-    fn run(&self, path: &Path, every: Duration) {
-        let mut last: Option<Instant> = None;
-        let mut desk = self.lock();
-        while !desk.ended {
-            let left = last.map_or(Duration::ZERO, |last| every.saturating_sub(last.elapsed()));
-            if !desk.is_due() {
-                desk = self.0.1.wait(desk).unwrap_or_else(PoisonError::into_inner);
-            } else if !left.is_zero() && !desk.is_urgent && desk.restored.is_empty() {
-                let waited = self.0.1.wait_timeout(desk, left);
-                desk = waited.unwrap_or_else(PoisonError::into_inner).0;
-            } else {
-                last = Some(Instant::now());
-                desk.is_urgent = false;
-                let (unsaved, restored) = (desk.newest.clone(), desk.restored.clone());
-                drop(desk);
-                let is_written = unsaved.write(path);
-                desk = self.lock();
-                if is_written {
-                    desk.written = Some(unsaved);
-                    desk.restored.retain(|session| !restored.contains(session));
-                    drop_all(restored);
-                } else {
-                    // A failed autosave is not reported, because the user did not ask for it. It is tried again after the
-                    // interval.
-                    let waited = self.0.1.wait_timeout(desk, every);
-                    desk = waited.unwrap_or_else(PoisonError::into_inner).0;
-                }
-                desk.tidy(Some(path));
+    /// Returns true if the newest document must be written at once.
+    fn take(&mut self, message: Message) -> bool {
+        let is_urgent = match message {
+            Message::Newest(newest, is_saved) => {
+                let trained = newest.trained.as_ref();
+                let is_new = trained.is_some() && !self.newest.is_training(trained);
+                (self.newest, self.is_saved) = (newest, is_saved);
+                is_new
             }
+            Message::Trained(recordings, settings, trained) => {
+                let of = &self.newest.session.project;
+                let is_meant = Arc::ptr_eq(&of.recordings, &recordings) && of.settings == settings;
+                if is_meant {
+                    (self.newest.trained, self.is_saved) = (Some(trained), false);
+                }
+                is_meant
+            }
+            Message::Restored(restored) => {
+                self.restored.extend(restored);
+                true
+            }
+            Message::End => false,
+        };
+        if self.is_saved {
+            // The autosave file is older than the session that the user saved, so it is removed.
+            if self.written.take().is_some() {
+                remove_pair(&self.path);
+            }
+            drop_all(std::mem::take(&mut self.restored));
         }
+        is_urgent
     }
 }
 
@@ -185,25 +199,38 @@ impl Recovery {
         let this = ThisWindow::new(folder);
         // A window that was killed leaves its temporary files behind, so they are removed here.
         clean_up_in(folder);
-        let autosave = Autosave::default();
-        autosave.lock().is_saved = true;
-        let thread = this.as_ref().map(|this| {
-            let (autosave, path) = (autosave.clone(), this.session.clone());
-            std::thread::spawn(move || autosave.run(&path, every))
+        let begun = this.as_ref().map(|this| {
+            let desk = Desk {
+                path: this.session.clone(),
+                every,
+                newest: Unsaved::default(),
+                is_saved: true,
+                written: None,
+                restored: Vec::new(),
+            };
+            let (sender, inbox) = channel();
+            (sender, std::thread::spawn(move || desk.run(&inbox)))
         });
-        Self { folder: Some(folder.to_owned()), this, autosave, thread }
+        let (sender, thread) = begun.unzip();
+        let folder = Some(folder.to_owned());
+        let (kept, restored) = (None, Vec::new());
+        Self { folder, this, autosave: Autosave(sender), thread, kept, restored }
     }
 
     pub fn autosave(&self) -> Autosave {
         self.autosave.clone()
     }
 
+    /// Returns the autosave file of this window.
+    #[cfg(test)]
+    pub fn path(&self) -> Option<&Path> {
+        self.this.as_ref().map(|this| &*this.session)
+    }
+
     /// Returns the sessions of crashed windows, oldest first.
     pub fn left(&self) -> Vec<LeftSession> {
-        // Files of sessions that were restored here are about to be removed, so they are not listed.
-        let desk = self.autosave.lock();
         let mut left = self.folder.as_deref().map_or_else(Vec::new, left_in);
-        left.retain(|left| !desk.restored.contains(&left.path));
+        left.retain(|left| !self.restored.contains(&left.path));
         left
     }
 
@@ -214,28 +241,24 @@ impl Recovery {
         trained: Option<&Arc<Calibration>>,
         is_saved: bool,
     ) -> bool {
-        let desk = self.autosave.lock();
-        let is_known = desk.is_saved == is_saved && desk.newest.is_training(trained);
-        is_known && desk.newest.session.project == *project
+        self.kept.as_ref().is_some_and(|(kept, was_saved)| {
+            *was_saved == is_saved && kept.is_training(trained) && kept.session.project == *project
+        })
     }
 
     /// Passes the newest document to the autosave thread. `is_saved` is true if the user has saved it.
-    pub fn keep(&self, newest: Unsaved, is_saved: bool) {
-        let mut desk = self.autosave.lock();
-        let trained = newest.trained.as_ref();
-        desk.is_urgent |= trained.is_some() && !desk.newest.is_training(trained);
-        (desk.newest, desk.is_saved) = (newest, is_saved);
-        desk.tidy(self.this.as_ref().map(|this| &*this.session));
-        self.autosave.wake();
+    pub fn keep(&mut self, newest: Unsaved, is_saved: bool) {
+        self.kept = Some((newest.clone(), is_saved));
+        self.autosave.send(Message::Newest(newest, is_saved));
     }
 
     /// Removes these restored files of crashed windows as soon as this window has autosaved or saved their content.
-    pub fn take_over(&self, restored: Vec<PathBuf>) {
-        if !restored.is_empty() {
-            let mut desk = self.autosave.lock();
-            desk.restored.extend(restored);
-            desk.tidy(self.this.as_ref().map(|this| &*this.session));
-            self.autosave.wake();
+    pub fn take_over(&mut self, restored: Vec<PathBuf>) {
+        if self.kept.as_ref().is_some_and(|(_, is_saved)| *is_saved) {
+            drop_all(restored);
+        } else if !restored.is_empty() {
+            self.restored.extend_from_slice(&restored);
+            self.autosave.send(Message::Restored(restored));
         }
     }
 
@@ -249,8 +272,7 @@ impl Recovery {
     }
 
     fn stop(&mut self) {
-        self.autosave.lock().ended = true;
-        self.autosave.wake();
+        self.autosave.send(Message::End);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -470,7 +492,8 @@ mod tests {
         let trained = Arc::new(trained.unwrap());
         let other = FitSettings::default();
         window.autosave().take_trained(&set, &other, &trained);
-        assert!(window.autosave.lock().newest.trained.is_none(), "the training has other settings");
+        std::thread::sleep(Duration::from_millis(30));
+        assert!(!own.exists(), "the training has other settings");
         window.autosave().take_trained(&set, &settings, &trained);
         until(|| own.exists() && trained_beside(&own).exists());
         window.end();

@@ -458,6 +458,30 @@ impl SessionPart {
             loaded: Some(loaded.and_then(|loaded| as_saved(loaded, file))),
         }
     }
+
+    /// Returns the part of a file that was read again, or whose recordings are still in memory (`None`).
+    pub fn again(file: SessionFile, read: Option<Loaded>, open: &RecordingSet) -> Self {
+        let loaded = match read {
+            Some(loaded) => as_saved(Loaded { warnings: Vec::new(), ..loaded }, &file),
+            None => {
+                let entries = open.entries().iter().map(|entry| &entry.recording);
+                let is_of_file = |of: &&Arc<Recording>| is_of(of, &file.absolute);
+                let recordings = entries.filter(is_of_file).map(|of| Recording::clone(of));
+                Ok(Loaded { recordings: recordings.collect(), ..Loaded::default() })
+            }
+        };
+        // The recordings may name their file by a relative path.
+        let first = loaded.as_ref().ok().and_then(|loaded| loaded.recordings.first());
+        let path = first.and_then(|first| first.source().path()).map(Path::to_owned);
+        let absolute = path.unwrap_or_else(|| file.absolute.clone());
+        Self { file: SessionFile { absolute, ..file }, loaded: Some(loaded), changed: false }
+    }
+}
+
+/// Returns true if a recording was read from the file with this absolute path.
+fn is_of(recording: &Recording, absolute: &Path) -> bool {
+    let path = recording.source().path().map(std::path::absolute);
+    path.is_some_and(|path| path.is_ok_and(|path| path == absolute))
 }
 
 /// Tares the recordings and removes faulty samples as the saved session states.

@@ -21,7 +21,6 @@ use crate::{
         recovery::LeftSession,
         saving::{Doubt, Existing, FileContent},
         session::{OpenedSession, Session, SessionPart},
-        task::Done,
     },
     export::{read_calibration, with_sources},
     features::{Creep, Play, Thresholds},
@@ -154,9 +153,9 @@ fn edit(engine: &mut Engine, edit: Edit) {
     engine.act(Action::Edit(edit));
 }
 
-/// Takes the result of a task, as if the task had just ended.
-fn finish(engine: &mut Engine, done: Done) {
-    engine.finish(done);
+/// Takes files, as if they had just been read.
+fn take_files(engine: &mut Engine, files: Vec<OpenedFile>) {
+    engine.take_opened(files);
     engine.take();
 }
 
@@ -170,13 +169,13 @@ fn read(recording: Recording) -> OpenedFile {
 
 fn open(engine: &mut Engine, names: &[&str]) {
     let files = names.iter().map(|name| read(of_file(name, &GAUGES, &FORCES)));
-    finish(engine, Done::Opened(files.collect()));
+    take_files(engine, files.collect());
 }
 
 fn open_calibration(engine: &mut Engine, calibration: &Arc<Calibration>) {
     let own = FromFile { path: "c.json".into(), calibration: Arc::clone(calibration) };
     let opened = Opened::Calibration(Edit::Apply(Some(own)), Vec::new());
-    finish(engine, Done::Opened(vec![("c.json".into(), Ok(opened))]));
+    take_files(engine, vec![("c.json".into(), Ok(opened))]);
 }
 
 /// Returns the training recordings `a` and `b` and the test recording `test`, not analysed yet.
@@ -187,7 +186,8 @@ fn engine_with_files() -> Engine {
 }
 
 fn simulated(engine: &mut Engine, replaced: &Arc<RecordingSet>) {
-    finish(engine, Done::Simulated(Arc::clone(replaced), built_in()));
+    engine.take_simulated(replaced, built_in());
+    engine.take();
 }
 
 fn engine_with_built_in() -> Engine {
@@ -214,6 +214,36 @@ fn last_notice(engine: &Engine, level: Level, part: &str) {
 fn n_notices(engine: &Engine, level: Level) -> usize {
     let notices = engine.notices.iter();
     notices.filter(|notice| notice.level == level).count()
+}
+
+#[test]
+fn a_file_that_is_open_is_read_again_and_not_added_twice() {
+    let mut engine = engine_with_files();
+    edit(&mut engine, Edit::Roles(vec![1], Role::Off));
+    edit(&mut engine, Edit::Split(0.5));
+    let n = engine.entries().len();
+    open(&mut engine, &["b"]);
+    last_notice(&engine, Level::Info, "b");
+    assert_eq!(engine.entries().len(), n);
+    edit(&mut engine, Edit::Unsplit);
+    assert_eq!(names(engine.project()), ["a", "b", "test"]);
+    assert_eq!(roles(engine.project())[1], Role::Off);
+}
+
+/// The warnings about three files differ only in their numbers.
+#[test]
+fn warnings_of_one_kind_are_one_notice() {
+    let mut engine = engine();
+    let file = |at: usize| {
+        let mut file = read(of_file(["a", "b", "test"][at], &GAUGES, &FORCES));
+        if let Ok(Opened::Recordings(loaded)) = &mut file.1 {
+            let seen = format!("time jumps to {at} s");
+            loaded.warnings.push(Finding::new(Id::Stamps, Verdict::Doubtful, seen));
+        }
+        file
+    };
+    take_files(&mut engine, (0..3).map(file).collect());
+    assert_eq!((engine.entries().len(), n_notices(&engine, Level::Warning)), (3, 1));
 }
 
 fn with_f_th(engine: &Engine, f_th: f64) -> Edit {
@@ -315,12 +345,12 @@ fn real_recordings_replace_simulated_ones() {
     let mut engine = engine_with_built_in();
     analysed(&mut engine);
     let a = of_file("a", &["G1", "G2"], &[Axis::Fz]);
-    finish(&mut engine, Done::Opened(vec![read(a)]));
+    take_files(&mut engine, vec![read(a)]);
     assert_eq!(names(engine.project()), ["a"]);
     assert_eq!(engine.project().view, View::One(0));
     assert!(engine.analysis().is_none(), "the fit of the simulated recordings is removed");
     let test = of_file("test", &["G1", "G2"], &[Axis::Fz]);
-    finish(&mut engine, Done::Opened(vec![read(test)]));
+    take_files(&mut engine, vec![read(test)]);
     assert_eq!(names(engine.project()), ["a", "test"]);
     assert_eq!(engine.project().view, View::One(1));
 }
@@ -338,7 +368,7 @@ fn the_built_in_sensor_replaces_loaded_recordings_but_not_those_opened_during_th
 
     let replaced = Arc::clone(&engine.project().recordings);
     let a = of_file("a", &["S1"], &[Axis::Fz]);
-    finish(&mut engine, Done::Opened(vec![read(a)]));
+    take_files(&mut engine, vec![read(a)]);
     simulated(&mut engine, &replaced);
     assert_eq!(names(engine.project()), ["a"]);
 }
@@ -374,7 +404,7 @@ fn other_gauges_are_refused_and_nothing_is_lost() {
     let analysis = analysed(&mut engine);
     let before = Arc::clone(&engine.project().recordings);
     let other = of_file("other", &["G1"], &FORCES);
-    finish(&mut engine, Done::Opened(vec![read(other)]));
+    take_files(&mut engine, vec![read(other)]);
     last_notice(&engine, Level::Error, "other: the gauges are G1");
     assert!(Arc::ptr_eq(&engine.project().recordings, &before));
     assert!(Arc::ptr_eq(engine.analysis().unwrap(), &analysis));
@@ -386,13 +416,13 @@ fn a_file_that_failed_changes_nothing_else() {
     let failed = || ("x".into(), Err("x: cannot be read".to_owned()));
     for mut engine in [engine_with_files(), engine_with_built_in()] {
         let before = Arc::clone(&engine.project().recordings);
-        finish(&mut engine, Done::Opened(vec![failed()]));
+        take_files(&mut engine, vec![failed()]);
         last_notice(&engine, Level::Error, "x: cannot be read");
         assert!(Arc::ptr_eq(&engine.project().recordings, &before));
     }
     let mut engine = engine_with_files();
     let c = read(of_file("c", &GAUGES, &FORCES));
-    finish(&mut engine, Done::Opened(vec![failed(), c]));
+    take_files(&mut engine, vec![failed(), c]);
     assert_eq!(names(engine.project()), ["a", "b", "test", "c"]);
     assert_eq!(engine.notices.len(), 1);
 }
@@ -409,7 +439,7 @@ fn warnings_of_a_file_become_notices() {
         ..Loaded::default()
     };
     let opened = Ok(Opened::Recordings(loaded));
-    finish(&mut engine, Done::Opened(vec![("a".into(), opened)]));
+    take_files(&mut engine, vec![("a".into(), opened)]);
     last_notice(&engine, Level::Warning, "a.csv");
 }
 
@@ -499,7 +529,7 @@ fn closing_leaves_nothing_of_the_recordings() {
 /// Opens a recording of another sensor, which has two gauges.
 fn open_other(engine: &mut Engine) {
     let other = of_file("other", &["G1", "G2"], &[Axis::Fz]);
-    finish(engine, Done::Opened(vec![read(other)]));
+    take_files(engine, vec![read(other)]);
 }
 
 /// Returns everything that a session of the document would save.
@@ -821,7 +851,7 @@ fn a_fit_to_fewer_samples_than_coefficients_is_exported_only_after_a_yes() {
     let path = folder.path().join("c.json");
     let mut engine = engine();
     let short = recording_of(5, "a", Source::File("a".into()), &GAUGES, &FORCES);
-    finish(&mut engine, Done::Opened(vec![read(short)]));
+    take_files(&mut engine, vec![read(short)]);
     analysed(&mut engine);
     for yes in [false, true] {
         engine.act(Action::Export(vec![path.clone()], Existing::Ask));
@@ -999,7 +1029,8 @@ fn taring_is_a_step_and_is_dropped_where_others_were_opened_meanwhile() {
     engine.act(Action::Undo);
     assert!(Arc::ptr_eq(&engine.project().recordings, &untared));
     open(&mut engine, &["c"]);
-    finish(&mut engine, Done::Changed(untared, tared, Vec::new()));
+    engine.take_changed(&untared, tared, Vec::new());
+    engine.take();
     assert_eq!(tares(&engine), [None; 4]);
     last_notice(&engine, Level::Warning, "Repeat the action");
     engine.act(Action::Tare(vec![0], Tare::Interval(8.0, 9.0)));
@@ -1125,7 +1156,7 @@ fn waiting_files_are_imported_one_after_another() {
     let wants = |path: &str| (path.into(), Ok(Opened::WantsMap));
     let mut engine = engine();
     let files = ["x", "y", "z"].map(wants).to_vec();
-    finish(&mut engine, Done::Opened(files));
+    take_files(&mut engine, files);
     let path = |engine: &Engine| engine.importing.as_ref().map(|own| own.path.clone());
     assert_eq!(path(&engine), Some("x".into()));
     engine.act(Action::Import(ImportCommand::Cancel));
@@ -1147,7 +1178,7 @@ fn a_cancelled_queue_of_imports_names_some_files_and_counts_the_rest() {
         let path = format!("/data/{at}.dat").into();
         (path, Ok(Opened::WantsMap))
     };
-    finish(&mut engine, Done::Opened((0..40).map(wants).collect()));
+    take_files(&mut engine, (0..40).map(wants).collect());
     engine.act(Action::Import(ImportCommand::CancelAll));
     last_notice(&engine, Level::Info, "0.dat, 1.dat");
     last_notice(&engine, Level::Info, "7.dat and 32 more");
@@ -1372,10 +1403,10 @@ fn a_search_through_the_models_of_the_paper_that_is_stopped_keeps_the_rows_that_
     assert!(table.rows.iter().all(|row| row.len() == table.columns.len()));
 }
 
-fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Done {
+fn session_file(path: &Path, session: Session, parts: Vec<SessionPart>) -> Vec<OpenedFile> {
     let opened = OpenedSession { session, parts, calibration: None, trained: None };
     let opened = Opened::Session(Box::new(opened));
-    Done::Opened(vec![(path.into(), Ok(opened))])
+    vec![(path.into(), Ok(opened))]
 }
 
 fn session_with_notes(notes: &str) -> Session {
@@ -1383,7 +1414,7 @@ fn session_with_notes(notes: &str) -> Session {
     Session { project, ..Session::default() }
 }
 
-fn empty_session(name: &str) -> Done {
+fn empty_session(name: &str) -> Vec<OpenedFile> {
     session_file(Path::new(name), session_with_notes(name), Vec::new())
 }
 
@@ -1426,7 +1457,7 @@ fn a_session_opened_over_unsaved_changes_waits_for_an_answer() {
     open(&mut engine, &["a"]);
     let before = engine.project().clone();
     for answer in [Action::Stay, Action::Discard] {
-        finish(&mut engine, empty_session("s.json"));
+        take_files(&mut engine, empty_session("s.json"));
         assert!(matches!(engine.leaving, Some(Leaving::Open(_))));
         assert!(*engine.project() == before && engine.session.is_none());
         engine.act(answer);
@@ -1434,11 +1465,11 @@ fn a_session_opened_over_unsaved_changes_waits_for_an_answer() {
     }
     assert_eq!(engine.session.as_deref(), Some(Path::new("s.json")));
     assert!(engine.project().recordings.entries().is_empty());
-    finish(&mut engine, empty_session("t.json"));
+    take_files(&mut engine, empty_session("t.json"));
     assert_eq!(engine.project().notes, "t.json", "nothing would be lost");
 
     open(&mut engine, &["a"]);
-    finish(&mut engine, empty_session("u.json"));
+    take_files(&mut engine, empty_session("u.json"));
     assert_eq!(engine.project().notes, "t.json");
     save_session(&mut engine, &folder.path().join("t.json"));
     assert_eq!(engine.project().notes, "u.json", "the other session opens after saving");
@@ -1455,7 +1486,7 @@ fn a_session_replaces_all_loaded_data() {
         loaded: Some(Ok(Loaded { recordings: vec![recording], ..Loaded::default() })),
         changed: true,
     };
-    finish(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));
+    take_files(&mut engine, session_file(Path::new("s.json"), Session::default(), vec![part]));
     engine.act(Action::Discard);
     assert_eq!(names(engine.project()), ["other"]);
     last_notice(&engine, Level::Warning, "other: the file has changed since");
@@ -1467,7 +1498,7 @@ fn a_session_replaces_all_loaded_data() {
 fn a_session_of_the_built_in_sensor_is_unchanged_after_opening() {
     let mut engine = engine();
     let session = Session { built_in: true, cut: Some(0.75), ..Session::default() };
-    finish(&mut engine, session_file(Path::new("s.json"), session, Vec::new()));
+    take_files(&mut engine, session_file(Path::new("s.json"), session, Vec::new()));
     settle_until(&mut engine, "the built-in sensor", |engine| {
         !engine.project().recordings.entries().is_empty()
     });
@@ -1578,7 +1609,7 @@ fn a_moved_file_is_asked_for_and_keeps_its_role() {
     let folder = tempfile::tempdir().unwrap();
     let mut engine = engine();
     let parts = ["a", "b", "c"].map(lost).to_vec();
-    finish(&mut engine, session_file(Path::new("s.json"), Session::default(), parts));
+    take_files(&mut engine, session_file(Path::new("s.json"), Session::default(), parts));
     assert_eq!(engine.project().lost.len(), 3);
     engine.act(Action::Forget(1));
     engine.act(Action::Forget(7));

@@ -296,6 +296,7 @@ fn cut(
             .expect("each row has a value for each channel");
         part.auxiliary.held = std::mem::take(&mut held[at]);
         part.group = plan.group_name(rows.group_of(*start));
+        part.columns = columns(plan);
         (part.gap_secs, part.zero_secs) = (Some(cuts.gap_secs), rows.zero_secs);
         part
     };
@@ -303,6 +304,23 @@ fn cut(
     let mut recordings: Vec<Recording> = starts.iter().enumerate().rev().map(part).collect();
     recordings.reverse();
     recordings
+}
+
+/// Returns the index of the column of each channel: gauges, loads, auxiliary channels, channels that are only shown.
+fn columns(plan: &Plan) -> Vec<usize> {
+    let places = plan.uses.iter().enumerate().filter_map(|(at, usage)| {
+        let place = match usage {
+            Use::Gauge { .. } => (0, at),
+            Use::Load { slot, .. } => (1, *slot),
+            Use::Auxiliary { .. } => (2, at),
+            Use::Channel { .. } => (3, at),
+            _ => return None,
+        };
+        Some((place, at))
+    });
+    let mut places: Vec<_> = places.collect();
+    places.sort_unstable();
+    places.into_iter().map(|(_, at)| at).collect()
 }
 
 /// Returns, for each recording and auxiliary channel, the time intervals (s) in which the channel's last measured value is

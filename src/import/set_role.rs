@@ -112,6 +112,16 @@ fn give(table: &mut TableMap, report: &TableReport, index: usize, asked: &Channe
             }
         }
     }
+    // A gauge without a name keeps its number when another column becomes a gauge, or is none any more.
+    let is_gauge = |at: &usize| table.rule(&header, *at).is == ColumnRole::Gauge;
+    let gauges: Vec<usize> = (0..report.columns.len()).filter(is_gauge).collect();
+    for (number, at) in gauges.into_iter().enumerate() {
+        let rule = table.rule(&header, at);
+        if rule.name.is_none() && report.columns[at].header.is_empty() {
+            let name = Some(format!("S{}", number + 1));
+            table.set_rule(&header, at, ColumnRule { name, ..rule });
+        }
+    }
     let mut rule = table.rule(&header, index);
     let is_kept = rule.is == asked.role;
     rule.is = asked.role;
@@ -152,5 +162,29 @@ mod tests {
             [column(&moved, "S1"), column(&moved, "Fz")],
             [ColumnRole::Channel, ColumnRole::Group]
         );
+    }
+
+    /// Column 2 is no gauge any more, so column 3 would be the second of two.
+    #[test]
+    fn unnamed_gauges_keep_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.csv");
+        let rows: String =
+            (0..60).map(|k| format!("{k}.5,{},{},{}\n", 60 - k, k * k, 7 * k % 11)).collect();
+        std::fs::write(&path, rows).unwrap();
+        let progress = Progress::default();
+        let change = |map: Option<&ColumnMap>, channel, role| {
+            let name = "x".to_owned();
+            let asked = ChannelRole { channel, name, axes: Vec::new(), role, unit: None };
+            with_role(&path, map, &asked, &progress).unwrap().unwrap()
+        };
+        let before = inspect(&path, Known::Nothing, &progress).unwrap().table.columns;
+        let gauges = before.iter().filter(|column| column.is == ColumnRole::Gauge).count();
+        assert_eq!(gauges, 3);
+        let map = change(None, Channel::Gauge(1), ColumnRole::Auxiliary);
+        let header = Header::new(["", "", "", ""]);
+        let names: Vec<_> = (1..4).map(|at| map.table.rule(&header, at).name).collect();
+        let expected = ["S1", "S2", "S3"].map(|name| Some(name.to_owned()));
+        assert_eq!(names, expected);
     }
 }

@@ -24,6 +24,17 @@ impl Channel {
         [Self::Time].into_iter().chain(gauges).chain(loads).chain(auxiliary).chain(others)
     }
 
+    /// Returns all channels of a recording, the time first, and then in the order of their columns in the file.
+    pub fn in_file_order(recording: &Recording) -> Vec<Self> {
+        let mut channels: Vec<_> = Self::all(recording).collect();
+        if recording.columns.len() + 1 == channels.len() {
+            let places =
+                |channel: &Self| Self::all(recording).skip(1).position(|one| one == *channel);
+            channels.sort_by_key(|channel| places(channel).map(|at| recording.columns[at]));
+        }
+        channels
+    }
+
     /// Returns rows of values, the number of values in a row, and the place of this channel in a row.
     fn rows(self, recording: &Recording) -> (&[f64], usize, usize) {
         match self {

@@ -107,6 +107,9 @@ pub struct Recording {
     /// piece.
     pub(crate) run: Option<usize>,
     pub(crate) group: Option<String>,
+    /// Index of the file's column of each channel: gauges, loads, auxiliary channels, channels that are only shown. Empty if it
+    /// is not known.
+    pub(crate) columns: Vec<usize>,
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -181,6 +184,7 @@ impl Recording {
             left_out: None,
             run: None,
             group: None,
+            columns: Vec::new(),
             auxiliary: AuxiliaryTable::default(),
             others: AuxiliaryTable::default(),
             name,

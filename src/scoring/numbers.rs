@@ -101,6 +101,19 @@ pub fn tick_text(tick: f64, step: f64) -> String {
     }
 }
 
+/// Returns a sample rate in words. `rate_hz` is the inverse of the median time step. If pauses make the mean rate differ from
+/// it by 5 % or more, both rates are given.
+pub fn rate_in_words(rate_hz: Option<f64>, n_samples: usize, duration_secs: f64) -> Option<String> {
+    let rate_hz = rate_hz?;
+    let mean_hz = n_samples.saturating_sub(1) as f64 / duration_secs;
+    let [rate, mean] = [rate_hz, mean_hz].map(|rate| significant(rate, 3));
+    Some(if (mean_hz / rate_hz - 1.0).abs() < 0.05 {
+        format!("{rate} Hz")
+    } else {
+        format!("{rate} Hz in bursts, {mean} Hz on average")
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -188,7 +188,7 @@ pub fn edit(can: CanGo) -> Vec<Action> {
 }
 
 /// Returns the actions that change the visible interval of time, or play through it.
-pub fn time() -> Vec<Action> {
+fn time() -> Vec<Action> {
     let all = [
         (
             "Show the whole time axis",
@@ -252,7 +252,7 @@ pub fn time() -> Vec<Action> {
         ),
         (
             "Show or hide the table of the cursors",
-            "Table of each trace at cursors A and B, with mean, deviation and range between them",
+            "Table of each trace at cursors A and B, with the range between them",
             alone(Key::T),
             TimeMove::ToggleTable,
         ),
@@ -268,7 +268,7 @@ pub fn time() -> Vec<Action> {
 }
 
 /// Returns the actions that choose what is on screen: axes, recordings and drawers.
-pub fn shown(engine: &Engine) -> Vec<Action> {
+fn shown(engine: &Engine) -> Vec<Action> {
     let axes = engine.project().axes().iter().enumerate().flat_map(|(at, axis)| {
         let key = Key::from_name(&(at + 1).to_string());
         let only = action(
@@ -390,7 +390,7 @@ fn settings(engine: &Engine) -> Vec<Action> {
     .collect()
 }
 
-pub fn models(engine: &Engine) -> Vec<Action> {
+fn models(engine: &Engine) -> Vec<Action> {
     let any = !engine.entries().is_empty();
     let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
     vec![
@@ -441,9 +441,10 @@ pub fn workspaces() -> Vec<Action> {
 }
 
 /// Returns one action for each pane, which shows the pane.
-pub fn panes() -> Vec<Action> {
+fn panes() -> Vec<Action> {
     let show = |pane: Pane| {
-        action(format!("Show {}", pane.title), pane.explanation, None, Command::ShowPane(pane))
+        let about = "Shows this pane in its workspace, as a drawer, or alone";
+        action(format!("Show {}", pane.title), about, None, Command::ShowPane(pane))
     };
     panes::all().map(show).collect()
 }

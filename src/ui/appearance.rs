@@ -21,6 +21,8 @@ pub fn prepare(context: &egui::Context) {
     for theme in [egui::Theme::Dark, egui::Theme::Light] {
         context.set_visuals_of(theme, palette::visuals(theme == egui::Theme::Dark));
     }
+    // A thin bar shows at once that an area holds more than is seen.
+    context.all_styles_mut(|style| style.spacing.scroll = egui::style::ScrollStyle::thin());
     // The program handles these keys itself and stores the text size in the preferences.
     context.options_mut(|options| options.zoom_with_keyboard = false);
 }

@@ -1,6 +1,6 @@
 //! Pane with a small loop of each axis, which chooses the axis that the other panes show.
 
-use egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2};
+use egui::{Color32, Rect, RichText, Sense, Stroke, Ui, Vec2};
 
 use crate::{
     questions::{Analysis, AxisTraces},
@@ -11,7 +11,7 @@ use crate::{
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors},
-        small_plot::range,
+        small_plot::{SmallPlot, range},
     },
 };
 
@@ -49,9 +49,8 @@ fn axis_loop(ui: &mut Ui, analysis: &Analysis, at: usize, place: Rect, cx: &mut 
     named_selected(&response, egui::Role::RadioButton, is_shown, axis.symbol());
     let visuals = ui.visuals().clone();
     let inside = place.with_min_y(place.top() + NAME_HEIGHT);
-    ui.painter().rect_filled(inside, 2.0, visuals.extreme_bg_color);
     if let Some(traces) = analysis.traces.axes.iter().find(|traces| traces.axis == axis) {
-        small_loop(ui, traces, inside.shrink(3.0));
+        small_loop(ui, traces, inside);
     }
     let name = place.with_max_y(inside.top());
     ui.painter().text(
@@ -88,18 +87,14 @@ fn small_loop(ui: &Ui, traces: &AxisTraces, place: Rect) {
         .filter_map(|trace| Some((trace.color(ui.visuals()), &**traces.error(trace)?)))
         .collect();
     let (across, up) = (range([loads]), range(lines.iter().map(|(_, series)| *series)));
-    let share = |value: f64, (low, high): (f64, f64)| ((value - low) / (high - low)) as f32;
+    let plot = SmallPlot::new(ui, place, across, up);
     if across.0 >= across.1 || up.0 >= up.1 {
         return;
     }
     let step = loads.len().div_ceil(MOST_SAMPLES).max(1);
-    let painter = ui.painter_at(place);
     for (color, series) in lines {
-        let point = |k: usize| {
-            let (x, y) = (share(loads.value(k), across), share(series.value(k), up));
-            place.left_bottom() + Vec2::new(x * place.width(), -y * place.height())
-        };
-        let points = (0..loads.len()).step_by(step).map(point).filter(|at| !at.any_nan());
-        painter.add(Shape::line(points.collect(), Stroke::new(1.0, color)));
+        let samples = (0..loads.len()).step_by(step);
+        let points = samples.map(|k| [loads.value(k), series.value(k)]);
+        plot.line(points, Stroke::new(1.0, color));
     }
 }

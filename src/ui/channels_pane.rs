@@ -6,10 +6,7 @@ use egui::Ui;
 use crate::{
     engine::{Action, Asker, Engine, ImportCommand},
     import::{ChannelRole, ColumnChange, map::ColumnRole},
-    questions::{
-        View as Shown,
-        channels::query::{ChannelPlot, ChannelQuestion},
-    },
+    questions::{View as Shown, channels::query::ChannelQuestion},
     recording::{
         Axis, Channel, Recording, units::force_in_newtons, units::moment_in_newton_metres,
     },
@@ -192,24 +189,14 @@ impl View {
             ui.vertical(|ui| {
                 ui.set_width(TABLE_WIDTH);
                 if let Some(plot) = lane.answer() {
-                    figures(ui, plot);
+                    ui.scrolled(|ui| table::show(ui, &plot.table()));
                 }
             });
         }
     }
 }
 
-fn figures(ui: &mut Ui, plot: &ChannelPlot) {
-    let found = plot.table();
-    ui.copies("table", || found.tab_separated());
-    ui.scrolled(|ui| table::show(ui, &found));
-}
-
-/// Returns the recording on screen, or the first if all are on screen.
-pub fn shown(engine: &Engine) -> Option<&Recording> {
-    Some(&engine.entries()[index_shown(engine)?].recording)
-}
-
+/// Returns the index of the recording on screen, or of the first if all are on screen.
 fn index_shown(engine: &Engine) -> Option<usize> {
     let n = engine.entries().len();
     let at = match engine.project().view {
@@ -231,7 +218,7 @@ fn across_choice(ui: &mut Ui, recording: &Recording, across: &mut Channel) {
 fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut Out) {
     let recording = &*engine.entries()[at].recording;
     egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-        for channel in Channel::all(recording) {
+        for channel in Channel::in_file_order(recording) {
             ui.horizontal(|ui| {
                 role_menu(ui, recording, channel, out);
                 let label = channel.label(recording);
@@ -247,7 +234,7 @@ fn list(ui: &mut Ui, (engine, at): (&Engine, usize), up: &mut Channel, out: &mut
     });
 }
 
-pub fn role_of(channel: Channel, recording: &Recording) -> &'static str {
+fn role_of(channel: Channel, recording: &Recording) -> &'static str {
     match channel {
         Channel::Time if recording.is_static() => "Rows",
         Channel::Time => "Time",
@@ -279,17 +266,13 @@ fn role_menu(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out
 }
 
 /// Returns true if the channel is a column of a file, so that it may have another role.
-pub fn can_change(channel: Channel, recording: &Recording) -> bool {
+fn can_change(channel: Channel, recording: &Recording) -> bool {
     let is_row = channel == Channel::Time && recording.is_static();
     recording.source().path().is_some() && !is_row
 }
 
 /// Draws the menu that gives a channel another role.
-pub fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
-    if !can_change(channel, recording) {
-        ui.weak("The roles of a built-in sensor do not change");
-        return;
-    }
+fn roles(ui: &mut Ui, recording: &Recording, channel: Channel, out: &mut Out) {
     let mut chosen: Option<(ColumnRole, Option<String>)> = None;
     let mut plain = |ui: &mut Ui, role: ColumnRole, about: &str| {
         if ui.press(role.label(), about) {

@@ -1,28 +1,25 @@
 //! Pane of the check: where the error comes from with a remedy for each cause, and the findings about recordings and rig.
 
-use egui::{Align, Label, Layout, Rect, RichText, Ui, UiBuilder, Vec2};
+use egui::{Label, Rect, RichText, Ui, Vec2};
 
 use crate::{
     engine::Engine,
     finding::{Face, Verdict},
     questions::{
         budget::{Action, ErrorBudget, Remedy, Row},
-        check::{
-            independent_loads::Sufficiency, query::CheckData, rig_figures, sufficiency_tables,
-        },
+        check::{independent_loads::Sufficiency, query::CheckData, rig_figures},
         thresholds::Measure,
     },
     scoring::budget::Cause,
     ui::{
         command::Out,
-        controls::{Controls as _, cells, place, place_right},
+        controls::{Controls as _, cells, place, place_down, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         plots::{self, Zoom},
         scope::scale_of,
         strip::{command, percent_left, shares_of, short},
-        table,
     },
 };
 
@@ -72,23 +69,17 @@ impl View {
         let width = FINDINGS_WIDTH.min(FINDINGS_SHARE * whole.width());
         let left = whole.with_max_x(whole.right() - width - GAP);
         let right = whole.with_min_x(whole.right() - width);
-        let layout = Layout::top_down(Align::Min);
-        ui.scope_builder(UiBuilder::new().max_rect(left).layout(layout), |ui| {
-            ui.push_id("causes", |ui| {
+        // Each part scrolls alone.
+        let scrolled = |ui: &mut Ui, rect: Rect, id: &str, contents: &mut dyn FnMut(&mut Ui)| {
+            place_down(ui, rect, id, |ui| {
                 egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                    ui.set_max_width(left.width() - GAP);
-                    self.causes(ui, found, cx);
+                    ui.set_max_width(rect.width() - GAP);
+                    contents(ui);
                 });
             });
-        });
-        ui.scope_builder(UiBuilder::new().max_rect(right).layout(layout), |ui| {
-            ui.push_id("findings", |ui| {
-                egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                    ui.set_max_width(right.width() - GAP);
-                    findings(ui, found, check.is_current());
-                });
-            });
-        });
+        };
+        scrolled(ui, left, "causes", &mut |ui| self.causes(ui, found, cx));
+        scrolled(ui, right, "findings", &mut |ui| findings(ui, found, check.is_current()));
     }
 
     fn causes(&mut self, ui: &mut Ui, found: &Sufficiency, cx: &mut Cx<'_>) {
@@ -108,8 +99,6 @@ impl View {
                 });
             }
         });
-        ui.add_space(12.0);
-        ui.horizontal(|ui| ui.copies("tables", || table::joined(&sufficiency_tables(found))));
     }
 }
 

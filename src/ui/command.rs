@@ -14,91 +14,30 @@ pub struct Pane {
     pub key: &'static str,
     /// Title above the pane.
     pub title: &'static str,
-    /// Explanation of the pane in one sentence, without a full stop.
-    pub explanation: &'static str,
 }
 
 impl Pane {
-    pub(crate) const RECORDINGS: Self = Self::new(
-        "recordings",
-        "Recordings",
-        "The open recordings by group, with their roles and errors",
-    );
-    pub(crate) const SETTINGS: Self =
-        Self::new("settings", "Settings", "Thresholds, features and regressor");
-    pub(crate) const TRACES: Self = Self::new("traces", "Traces", "Loads and errors over time");
-    pub(crate) const LOOK_BACK: Self = Self::new(
-        "look-back",
-        "Look-back",
-        "Loads and errors at the pointer, and the earlier sample that the look-back finds",
-    );
-    pub(crate) const THRESHOLDS: Self = Self::new(
-        "thresholds",
-        "Thresholds",
-        "Map of the error for pairs of force threshold F_th and time threshold t_th",
-    );
-    pub(crate) const PAIRS: Self = Self::new(
-        "pairs",
-        "Good pairs",
-        "The pair of thresholds with the lowest error, and the mean hysteresis of the sensor",
-    );
-    pub(crate) const MODELS: Self = Self::new(
-        "compare",
-        "Models",
-        "Search for the best model, and the list of all tried models with their errors",
-    );
-    pub(crate) const TRADE: Self = Self::new(
-        "trade",
-        "Error against memory",
-        "Cross-validated error of each tried model against the memory that it needs on a controller; a press on a point applies the model",
-    );
-    pub(crate) const LOOPS: Self =
-        Self::new("loops", "Loops", "Hysteresis loops, cross-plots, and drift in dwells");
-    pub(crate) const AXES: Self = Self::new(
-        "axes",
-        "Axes",
-        "The error of each axis over its reference load, for the recording in the traces; a press on a loop chooses the axis",
-    );
-    pub(crate) const METROLOGY: Self = Self::new(
-        "metrology",
-        "Metrology",
-        "Hysteresis, nonlinearity, repeatability, creep, crosstalk and errors of the uncompensated and the compensated load",
-    );
-    pub(crate) const ERRORS: Self = Self::new(
-        "errors",
-        "Errors (RMSE)",
-        "RMSE of each axis by cross-validation, on the test samples or on the training samples; a press on an axis shows its traces",
-    );
-    pub(crate) const CALIBRATION: Self = Self::new(
-        "calibration",
-        "Calibration",
-        "Calibration matrices, with the name of the feature above each column",
-    );
-    pub(crate) const EXPORT: Self = Self::new(
-        "export",
-        "Export",
-        "Identity of the sensor, and the files to which the calibration is written, as data or as code for a robot",
-    );
-    pub(crate) const NOTES: Self =
-        Self::new("notes", "Notes", "Free text that is saved with the session");
-    pub(crate) const LIVE: Self = Self::new(
-        "live",
-        "Live",
-        "The loads in the newest minute of a growing log file, computed by the present calibration",
-    );
-    pub(crate) const CHECK: Self = Self::new(
-        "check",
-        "Check",
-        "Shows where the error comes from, whether the recordings determine the model, and faults of the rig",
-    );
-    pub(crate) const CHANNELS: Self = Self::new(
-        "channels",
-        "Channels",
-        "Any channel over time or over any other, with its noise, drift and spectrum; the roles of the channels",
-    );
+    pub(crate) const RECORDINGS: Self = Self::new("recordings", "Recordings");
+    pub(crate) const SETTINGS: Self = Self::new("settings", "Settings");
+    pub(crate) const TRACES: Self = Self::new("traces", "Traces");
+    pub(crate) const LOOK_BACK: Self = Self::new("look-back", "Look-back");
+    pub(crate) const THRESHOLDS: Self = Self::new("thresholds", "Thresholds");
+    pub(crate) const PAIRS: Self = Self::new("pairs", "Good pairs");
+    pub(crate) const MODELS: Self = Self::new("compare", "Models");
+    pub(crate) const TRADE: Self = Self::new("trade", "Error against memory");
+    pub(crate) const LOOPS: Self = Self::new("loops", "Loops");
+    pub(crate) const AXES: Self = Self::new("axes", "Axes");
+    pub(crate) const METROLOGY: Self = Self::new("metrology", "Metrology");
+    pub(crate) const ERRORS: Self = Self::new("errors", "Errors (RMSE)");
+    pub(crate) const CALIBRATION: Self = Self::new("calibration", "Calibration");
+    pub(crate) const EXPORT: Self = Self::new("export", "Export");
+    pub(crate) const NOTES: Self = Self::new("notes", "Notes");
+    pub(crate) const LIVE: Self = Self::new("live", "Live");
+    pub(crate) const CHECK: Self = Self::new("check", "Check");
+    pub(crate) const CHANNELS: Self = Self::new("channels", "Channels");
 
-    const fn new(key: &'static str, title: &'static str, explanation: &'static str) -> Self {
-        Self { key, title, explanation }
+    const fn new(key: &'static str, title: &'static str) -> Self {
+        Self { key, title }
     }
 }
 

@@ -153,6 +153,13 @@ pub fn place<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) ->
     ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), contents).inner
 }
 
+/// Draws contents in a fixed place, from top to bottom. `id` distinguishes it from the other places of the pane.
+pub fn place_down<R>(ui: &mut Ui, rect: Rect, id: &str, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let layout = Layout::top_down(Align::Min);
+    let place = UiBuilder::new().max_rect(rect).layout(layout).id_salt(id);
+    ui.scope_builder(place, contents).inner
+}
+
 /// Draws contents at the right end of a fixed place.
 pub fn place_right<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
     let layout = Layout::right_to_left(Align::Center);

@@ -3,7 +3,7 @@
 
 use egui::{
     Align, Button, ComboBox, DragValue, Layout, Pos2, Rect, RichText, Sense, Shape, Slider,
-    SliderClamping, Stroke, Ui, UiBuilder, Vec2,
+    SliderClamping, Stroke, Ui, Vec2,
 };
 
 use crate::{
@@ -21,13 +21,14 @@ use crate::{
         blocks_panel,
         choice::choice,
         command::{Command, Out, Pane},
-        controls::named,
+        controls::{named, place as place_in, place_down},
         numbers::significant,
         palette::{self, Trace},
         pane::Cx,
         regressor_panel,
         scope::Scope,
         setting::{found, switched},
+        small_plot::SmallPlot,
     },
 };
 
@@ -58,8 +59,7 @@ pub fn dock(ui: &mut Ui, cx: &mut Cx<'_>) {
     let model = rect.with_max_x(rect.left() + width);
     let rest = rect.with_min_x(model.right() + 2.0 * PADDING);
     edited(ui, cx, |ui, cx, settings| {
-        let layout = Layout::top_down(Align::Min);
-        ui.scope_builder(UiBuilder::new().max_rect(model).layout(layout), |ui| {
+        place_down(ui, model, "model", |ui| {
             ui.shrink_clip_rect(model.expand(2.0));
             model_choices(ui, cx.engine, settings, cx.out);
         });
@@ -225,31 +225,27 @@ fn threshold(
     );
     let rail = Rect::from_min_size(curve.left_bottom(), Vec2::new(place.width(), HANDLE));
     let mut label = None;
-    ui.scope_builder(
-        UiBuilder::new().max_rect(head).layout(Layout::left_to_right(Align::Center)),
-        |ui| {
-            ui.label(shown.title);
-            label = Some(ui.label(RichText::new(shown.setting.label).strong()).id);
-            if ui.ctx().content_rect().width() >= 1500.0 {
-                ui.small(shown.keys);
+    place_in(ui, head, |ui| {
+        ui.label(shown.title);
+        label = Some(ui.label(RichText::new(shown.setting.label).strong()).id);
+        if ui.ctx().content_rect().width() >= 1500.0 {
+            ui.small(shown.keys);
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if !is_on {
+                ui.weak("switched off");
+                return;
             }
-            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                if !is_on {
-                    ui.weak("switched off");
-                    return;
-                }
-                ui.weak(shown.unit);
-                let font = egui::FontId::proportional(VALUE_SIZE);
-                ui.style_mut().override_font_id = Some(font);
-                let field = DragValue::new(&mut value)
-                    .speed(0.01 * shown.largest)
-                    .max_decimals(shown.decimals);
-                let field = ui.add(field).on_hover_text(shown.setting.help());
-                found(&shown.setting, &field);
-                label.into_iter().for_each(|label| drop(field.clone().labelled_by(label)));
-            });
-        },
-    );
+            ui.weak(shown.unit);
+            let font = egui::FontId::proportional(VALUE_SIZE);
+            ui.style_mut().override_font_id = Some(font);
+            let field =
+                DragValue::new(&mut value).speed(0.01 * shown.largest).max_decimals(shown.decimals);
+            let field = ui.add(field).on_hover_text(shown.setting.help());
+            found(&shown.setting, &field);
+            label.into_iter().for_each(|label| drop(field.clone().labelled_by(label)));
+        });
+    });
     let reach = HANDLE / 2.0;
     let ends = (rail.left() + reach, rail.right() - reach);
     let x_of =
@@ -257,16 +253,11 @@ fn threshold(
     let map = study.and_then(|study| study.map.as_ref());
     let mut lowest = None;
     if let Some(map) = map {
-        lowest = draw_curve(
-            ui,
-            map,
-            along,
-            present,
-            scope,
-            (curve, &|value| x_of(value * shown.factor)),
-        );
+        let over_rail = curve.with_min_x(ends.0).with_max_x(ends.1);
+        let most = shown.largest / shown.factor;
+        lowest = draw_curve(ui, map, along, present, scope, (over_rail, most));
     }
-    ui.scope_builder(UiBuilder::new().max_rect(rail), |ui| {
+    place_down(ui, rail, shown.setting.label, |ui| {
         ui.spacing_mut().slider_width = rail.width();
         ui.spacing_mut().slider_rail_height = RAIL_HEIGHT;
         ui.spacing_mut().interact_size.y = HANDLE;
@@ -322,7 +313,7 @@ fn draw_curve(
     along: Along,
     present: Thresholds,
     scope: &Scope,
-    (place, x_of): (Rect, &dyn Fn(f64) -> f32),
+    (place, most): (Rect, f64),
 ) -> Option<f64> {
     let measure = scope.measure(&map.scale);
     let through = map.nearest(present);
@@ -330,23 +321,17 @@ fn draw_curve(
     let without = map.conventional_value(scope.on, measure)?;
     let all = || errors.iter().map(|(_, error)| *error).chain([without]);
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
-    let inside = place.shrink2(Vec2::new(0.0, 3.0));
-    let y_of = |error: f64| {
-        let share = (error - low) / (high - low).max(f64::MIN_POSITIVE);
-        egui::lerp(inside.bottom()..=inside.top(), share as f32)
-    };
     let visuals = ui.visuals();
-    let painter = ui.painter_at(place.expand(2.0));
-    let ends = [inside.left(), inside.right()].map(|x| Pos2::new(x, y_of(without)));
+    let plot = SmallPlot::new(ui, place, (0.0, most), (low, high));
+    let ends = [0.0, most].map(|x| plot.at([x, without]));
     let before = Stroke::new(1.0, Trace::Conventional.color(visuals));
-    painter.extend(Shape::dashed_line(&ends, before, DASHED[0], DASHED[1]));
-    let points = errors.iter().map(|(value, error)| Pos2::new(x_of(*value), y_of(*error)));
-    let after = Trace::Compensated.color(visuals);
-    painter.add(Shape::line(points.collect(), Stroke::new(1.6, after)));
+    plot.painter.extend(Shape::dashed_line(&ends, before, DASHED[0], DASHED[1]));
+    let after = Stroke::new(1.6, Trace::Compensated.color(visuals));
+    plot.line(errors.iter().map(|(value, error)| [*value, *error]), after);
     let now = along.of(present);
     let near = errors.iter().min_by(|a, b| (a.0 - now).abs().total_cmp(&(b.0 - now).abs()))?;
-    let dot = Pos2::new(x_of(now), y_of(near.1));
-    painter.circle_filled(dot, 3.0, palette::present(visuals));
+    let dot = plot.at([now.min(most), near.1]);
+    plot.painter.circle_filled(dot, 3.0, palette::present(visuals));
     errors.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(value, _)| *value)
 }
 

@@ -5,20 +5,16 @@ use egui::{Label, Rect, RichText, Sense, Ui, Vec2};
 use crate::{
     engine::Engine,
     finding::Face,
-    questions::{Analysis, AxisTraces, errors::errors, expected_error::query::AskExpectedError},
-    recording::Channel,
-    report::{Shown, Table},
+    questions::{Analysis, AxisTraces, expected_error::query::AskExpectedError},
     scoring::score_set::ScoreSet,
     ui::{
-        channels_pane,
         command::{Command, Out},
         controls::{Controls as _, cells, named_selected, place as place_in, place_right},
         numbers::significant,
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Errors, Scope},
-        small_plot::{range, small_plot},
-        status_line::preview_of,
+        small_plot::{over_samples, range},
     },
 };
 
@@ -54,10 +50,6 @@ fn errors_pane(ui: &mut Ui, engine: &Engine, scope: &mut Scope, out: &mut Out) {
         let sets = [ScoreSet::LeftOut, ScoreSet::Test, ScoreSet::Train];
         for set in sets {
             ui.select(&mut scope.on, set, set.title(), set.explanation());
-        }
-        ui.copies("table", || all_errors(analysis).tab_separated());
-        if let Some(each) = analysis.preview_of {
-            ui.warn("Preview").on_hover_text(preview_of(each));
         }
     });
     let quality = &analysis.calibration.quality;
@@ -117,7 +109,7 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
         let [name, plot, numbers @ ..] = columns(place);
         let is_shown = scope.axes().contains(axis);
         named_selected(&row, egui::Role::RadioButton, is_shown, &axis.label());
-        let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it. The right mouse button opens the menu of its role");
+        let row = row.on_hover_text("Shows the traces of this axis; Shift adds or removes it");
         if is_shown {
             ui.painter().rect_filled(place, 4.0, visuals.selection.bg_fill);
         } else if row.hovered() || row.has_focus() {
@@ -150,11 +142,6 @@ fn table(ui: &mut Ui, engine: &Engine, analysis: &Analysis, scope: &Scope, out: 
             let choice = if adds { AxisChoice::Toggle(at) } else { AxisChoice::Only(at) };
             out.send(Command::Axes(choice));
         }
-        if let Some(recording) = channels_pane::shown(engine)
-            && let Some(load) = recording.axes().iter().position(|known| known == axis)
-        {
-            row.context_menu(|ui| channels_pane::roles(ui, recording, Channel::Load(load), out));
-        }
     }
 }
 
@@ -166,15 +153,5 @@ fn errors_over_time(ui: &Ui, axis: &AxisTraces, place: Rect) {
         lines.map(|(trace, series)| (trace.color(ui.visuals()), &**series)).collect();
     let (low, high) = range(lines.iter().map(|(_, series)| *series));
     let largest = high.max(-low);
-    small_plot(ui, place, (-largest, largest), &lines);
-}
-
-/// Returns a table with one row for each axis: the errors on training samples, on test samples and by cross-validation.
-fn all_errors(analysis: &Analysis) -> Table {
-    let factory = analysis.factory.as_ref();
-    let tables = ScoreSet::ALL.into_iter().filter_map(|set| {
-        let table = errors(&analysis.calibration, factory, set, Shown::Units).ok()?;
-        Some((set.title().to_owned(), table))
-    });
-    Table::beside("", tables)
+    over_samples(ui, place, (-largest, largest), &lines);
 }

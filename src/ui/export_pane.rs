@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{DragValue, Label, Rect, RichText, TextEdit, Ui, UiBuilder};
+use egui::{DragValue, Label, Rect, RichText, TextEdit, Ui};
 
 use crate::{
     calibration::Calibration,
@@ -19,7 +19,7 @@ use crate::{
     shown::{counted, first},
     ui::{
         command::{Command, Out},
-        controls::{Controls as _, cells, named, place, place_right},
+        controls::{Controls as _, cells, named, place, place_down, place_right},
         pane::{Cx, PaneView},
     },
 };
@@ -70,8 +70,7 @@ impl PaneView for View {
         let foot = whole.with_min_y(top);
         if let Some(analysis) = cx.engine.analysis() {
             let sizes = AskFileSizes(Arc::clone(&analysis.calibration));
-            let place = UiBuilder::new().max_rect(whole.with_max_y(top)).id_salt("formats");
-            ui.scope_builder(place, |ui| {
+            place_down(ui, whole.with_max_y(top), "formats", |ui| {
                 ui.scrolled(|ui| self.checklist(ui, cx.engine, &analysis.calibration));
             });
             if cx.engine.is_current() {
@@ -80,8 +79,7 @@ impl PaneView for View {
         }
         let line = ui.visuals().widgets.noninteractive.bg_stroke;
         ui.painter().hline(foot.x_range(), foot.top(), line);
-        let place = UiBuilder::new().max_rect(foot.with_min_y(top + 8.0)).id_salt("foot");
-        ui.scope_builder(place, |ui| {
+        place_down(ui, foot.with_min_y(top + 8.0), "foot", |ui| {
             self.export_row(ui, cx.engine, cx.out);
             self.outcome(ui, cx.engine);
             controller(ui, cx);

@@ -23,24 +23,12 @@ use crate::{
 /// Width of the settings of the text (points).
 const READ_AS_WIDTH: f32 = 760.0;
 
-#[derive(Debug)]
-pub struct ImportFields {
-    map_path: String,
-    /// True if a text field had the focus in the previous frame. Escape removes the focus before this frame is drawn.
-    is_typing: bool,
-}
-
-impl Default for ImportFields {
-    fn default() -> Self {
-        Self { map_path: "columns.json".to_owned(), is_typing: false }
-    }
-}
-
-/// Draws the import page in the place of the panes.
+/// Draws the import page in the place of the panes. `was_typing` is true if a text field had the focus in the previous frame,
+/// because Escape removes the focus before this frame is drawn.
 pub fn import_page(
     ui: &mut Ui,
     engine: &Engine,
-    fields: &mut ImportFields,
+    was_typing: &mut bool,
     is_covered: bool,
     out: &mut Out,
 ) {
@@ -52,7 +40,7 @@ pub fn import_page(
     let ends_by_key = !is_covered
         && !egui::Popup::is_any_open(context)
         && context.memory(|memory| memory.top_modal_layer().is_none())
-        && !fields.is_typing
+        && !*was_typing
         && context.input(|input| input.key_pressed(egui::Key::Escape));
     let name = importing.path.file_name().unwrap_or_default().to_string_lossy();
     egui::Frame::NONE.inner_margin(egui::Margin::symmetric(12, 8)).show(ui, |ui| {
@@ -67,14 +55,14 @@ pub fn import_page(
             return;
         };
         egui::Panel::bottom("import foot")
-            .show(ui, |ui| foot::foot(ui, importing, inspection, fields, out));
+            .show(ui, |ui| foot::foot(ui, importing, inspection, out));
         egui::CentralPanel::no_frame().show(ui, |ui| {
             egui::ScrollArea::vertical()
                 .auto_shrink([false, false])
                 .show(ui, |ui| body(ui, importing, inspection, out));
         });
     });
-    fields.is_typing = context.text_edit_focused();
+    *was_typing = context.text_edit_focused();
     if ends_by_key {
         out.send(ImportCommand::CancelAll);
     }
@@ -154,13 +142,7 @@ fn read_as(ui: &mut Ui, importing: &Importing, inspection: &Inspection, out: &mu
 }
 
 fn preview(ui: &mut Ui, table: &TableReport) {
-    ui.horizontal(|ui| {
-        ui.strong("First rows");
-        if ui.press_small("Copy rows", "Copies the rows as tab-separated text") {
-            let rows = table.preview.iter().map(|row| row.join("\t"));
-            ui.copy_text(rows.collect::<Vec<_>>().join("\n"));
-        }
-    });
+    ui.strong("First rows");
     egui::ScrollArea::horizontal().id_salt("preview").show(ui, |ui| {
         egui::Grid::new("preview").striped(true).show(ui, |ui| {
             for row in &table.preview {

@@ -9,6 +9,7 @@ use crate::{
         numbers::significant,
         palette,
         pane::{Cx, PaneView},
+        small_plot::SmallPlot,
         trace_panes::overlay::{loads, look_back_words},
     },
 };
@@ -77,24 +78,17 @@ fn rule(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
     if longest <= 0.0 {
         return; // the first sample has no past
     }
-    let at = |age: f64, d: f64| {
-        let across = egui::lerp(plot.right()..=plot.left(), (age / longest) as f32);
-        egui::pos2(across, egui::lerp(plot.bottom()..=plot.top(), (d / top) as f32))
-    };
     let visuals = ui.visuals();
     let (color, text) = (palette::look_back(visuals), visuals.text_color());
     let font = egui::FontId::proportional(TEXT_SIZE);
-    let painter = ui.painter();
-    painter.rect_filled(plot, 0.0, visuals.extreme_bg_color);
-    let line: Vec<egui::Pos2> = points.iter().map(|(age, d)| at(*age, *d)).collect();
-    painter.add(egui::Shape::line(line, Stroke::new(1.4, text)));
-    let threshold = [at(longest, thresholds.f_th), at(0.0, thresholds.f_th)];
-    painter.line_segment(threshold, Stroke::new(1.2, color));
+    let small = SmallPlot::new(ui, plot, (-longest, 0.0), (0.0, top));
+    small.line(points.iter().map(|(age, d)| [-age, *d]), Stroke::new(1.4, text));
+    small.line([-longest, 0.0].map(|time| [time, thresholds.f_th]), Stroke::new(1.2, color));
     if past != k {
-        let (age, d) = (traces.times[k] - traces.times[past], traces.distance_between(k, past));
-        let found = at(age, d);
-        painter.vline(found.x, plot.y_range(), Stroke::new(1.0, color));
-        painter.circle_filled(found, 4.0, color);
+        let age = traces.times[k] - traces.times[past];
+        let found = small.at([-age, traces.distance_between(k, past)]);
+        small.painter.vline(found.x, plot.y_range(), Stroke::new(1.0, color));
+        small.painter.circle_filled(found, 4.0, color);
     }
     let shown = ShownFTh::of(traces.distance);
     let around = plot.expand(1.0);
@@ -107,7 +101,7 @@ fn rule(ui: &mut Ui, traces: &TraceSet, thresholds: Thresholds, k: usize) {
         (around.left_bottom(), Align2::LEFT_TOP, oldest, text),
         (around.right_bottom(), Align2::RIGHT_TOP, "now".to_owned(), text),
     ] {
-        painter.text(at, align, words, font.clone(), color);
+        ui.painter().text(at, align, words, font.clone(), color);
     }
 }
 

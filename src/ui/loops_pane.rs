@@ -12,8 +12,8 @@ use crate::{
     engine::{Edit, Engine},
     questions::{
         loops::{
-            Channel, CrossPlot, CrossQuestion, DwellQuestion, FiguresOf, Inks, Look, LoopQuestion,
-            Question, Span, TableOf, Up, query::LookAt,
+            Channel, CrossPlot, CrossQuestion, DwellQuestion, Inks, Look, LoopQuestion, Question,
+            Span, TableOf, Up, query::LookAt,
         },
         metrology::MetrologySettings,
     },
@@ -47,23 +47,17 @@ enum Mode {
     #[default]
     Loops,
     Cross,
-    Channels,
     Dwells,
 }
 
 impl Mode {
-    const ALL: [(Self, &'static str, &'static str); 4] = [
+    const ALL: [(Self, &'static str, &'static str); 3] = [
         (
             Self::Loops,
             "Loop",
             "Plots the error, the load or a gauge against the reference load of one axis",
         ),
         (Self::Cross, "Cross-plot", "Plots any load, gauge or time against any other"),
-        (
-            Self::Channels,
-            "Any channel",
-            "Plots any channel of the file against any other: also auxiliary channels and those without a use in a fit",
-        ),
         (
             Self::Dwells,
             "Drift",
@@ -79,7 +73,6 @@ pub struct LoopsPane {
     up: Up,
     span: Span,
     shown: [bool; 2],
-    figures_of: FiguresOf,
     lag_removed: bool,
     across: Channel,
     cross_up: Channel,
@@ -103,7 +96,6 @@ impl Default for LoopsPane {
             up: Up::default(),
             span: Span::default(),
             shown: [true; 2],
-            figures_of: FiguresOf::default(),
             lag_removed: false,
             across: Channel::Load(Trace::Calculated, Axis::Fz),
             cross_up: Channel::Gauge(0),
@@ -128,7 +120,7 @@ impl PaneView for LoopsPane {
             self.show_all();
         }
         self.draw(ui, cx);
-        if self.shows_channels(cx.engine) {
+        if self.is_of_rows(cx.engine) {
             return self.channels.ui(ui, cx);
         }
         // The result is requested after the drawing, because the drawing may have changed the settings of the pane.
@@ -139,10 +131,9 @@ impl PaneView for LoopsPane {
 }
 
 impl LoopsPane {
-    /// Returns true if the plot is one of single channels, as it is in a table without times.
-    fn shows_channels(&self, engine: &Engine) -> bool {
-        let is_static = engine.project().recordings.is_static();
-        self.mode == Mode::Channels || self.mode == Mode::Loops && is_static
+    /// Returns true if the pane shows single channels in place of loops, because the rows have no times.
+    fn is_of_rows(&self, engine: &Engine) -> bool {
+        self.mode == Mode::Loops && engine.project().recordings.is_static()
     }
 
     fn draw(&mut self, ui: &mut Ui, Cx { engine, time, presents, out, .. }: &mut Cx<'_>) {
@@ -162,7 +153,7 @@ impl LoopsPane {
             out.send(Edit::Measuring(measuring));
         }
         ui.separator();
-        if self.shows_channels(engine) {
+        if self.is_of_rows(engine) {
             return;
         }
         if let Some(problem) = engine.lane_of::<LookAt>(Pane::LOOPS.key).problem() {
@@ -192,7 +183,7 @@ impl LoopsPane {
             Mode::Loops => {
                 Question::Loops(LoopQuestion { axis, up, span, lag_removed, frame, pixels })
             }
-            Mode::Cross | Mode::Channels => {
+            Mode::Cross => {
                 Question::Cross(CrossQuestion { across, up: cross_up, span, frame, pixels })
             }
             Mode::Dwells => Question::Dwells(DwellQuestion { axis, rest, frame, pixels }),
@@ -237,20 +228,24 @@ impl LoopsPane {
         ui.select_from(&mut self.mode, Mode::ALL);
         let before = (self.axis, self.up, self.span, self.across, self.cross_up, self.rest);
         match self.mode {
-            _ if self.shows_channels(engine) => {}
+            _ if self.is_of_rows(engine) => {}
             Mode::Loops => {
                 self.up_choice(ui, engine);
                 self.span_choice(ui, engine);
-                let used = match engine.lane_of::<LookAt>(Pane::LOOPS.key).answer() {
-                    Some(Look::Loops(found)) => Some(found.reversal_threshold),
+                let found = match engine.lane_of::<LookAt>(Pane::LOOPS.key).answer() {
+                    Some(Look::Loops(found)) => Some(found),
                     _ => None,
                 };
+                let used = found.map(|found| found.reversal_threshold);
                 let axes = engine.project().axes();
                 if let Some(at) = axes.iter().position(|axis| *axis == self.axis) {
                     reversal_threshold(ui, "Reversal threshold", (axes, at), measuring, used);
                 }
+                let can = self.lag_removed || found.is_some_and(|found| found.lag.is_removable());
+                ui.add_enabled(can, egui::Checkbox::new(&mut self.lag_removed, "Lag removed"))
+                    .on_hover_text("Delays the reference load by the delay or low-pass of the gauges. The width that remains is hysteresis, without the effect of an amplifier's filter");
             }
-            Mode::Cross | Mode::Channels => {
+            Mode::Cross => {
                 channel_choice(ui, engine, "across", &mut self.across);
                 channel_choice(ui, engine, "up", &mut self.cross_up);
                 self.span_choice(ui, engine);

@@ -110,10 +110,6 @@ fn recent(ui: &mut Ui, engine: &Engine, out: &mut Out) {
 fn view(ui: &mut Ui, engine: &Engine, out: &mut Out) {
     items(ui, actions::workspaces(), out);
     ui.separator();
-    ui.menu_button("Panes", |ui| items(ui, actions::panes(), out));
-    ui.menu_button("Axes, recordings and thresholds", |ui| items(ui, actions::shown(engine), out));
-    ui.menu_button("Time", |ui| items(ui, actions::time(), out));
-    ui.separator();
     items(ui, actions::themes(engine), out);
     ui.separator();
     items(ui, actions::text_scales(), out);

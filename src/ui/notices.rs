@@ -21,10 +21,8 @@ const FROM_CORNER: egui::Vec2 = egui::vec2(12.0, 40.0);
 const SLOWER_WHILE_BUSY: u32 = 4;
 /// Maximum number of characters shown of a notice; the list of notices shows the whole text.
 const MAX_CHARACTERS: usize = 240;
-const LEAST_SECS: f32 = 3.0;
-/// Reading speed: number of characters that prolong a notice by one second.
-const CHARACTERS_A_SEC: f32 = 30.0;
-const MOST_SECS: f32 = 9.0;
+/// Time that a notice stays on screen. An error stays until the user dismisses it.
+const LASTS: Duration = Duration::from_secs(6);
 
 #[derive(Debug, Default)]
 pub struct Notices {
@@ -33,13 +31,6 @@ pub struct Notices {
     /// Time of the last frame in which notices were drawn; true if the pointer was on a notice.
     drawn: Option<(Instant, bool)>,
     list: bool,
-}
-
-/// Returns the time that a notice stays on screen; `None` for an error, which stays until the user dismisses it.
-fn lasts(notice: &Notice) -> Option<Duration> {
-    let shown = notice.text.chars().count().min(MAX_CHARACTERS) as f32;
-    let secs = (LEAST_SECS + shown / CHARACTERS_A_SEC).min(MOST_SECS);
-    (notice.level != Level::Error).then(|| Duration::from_secs_f32(secs))
 }
 
 impl Notices {
@@ -63,13 +54,12 @@ impl Notices {
         for (at, notice) in notices.iter().enumerate().rev() {
             let stood = self.stood.entry(notice.number);
             let stood = stood.and_modify(|stood| *stood += passed).or_default();
-            match lasts(notice).map(|lasts| lasts.checked_sub(*stood)) {
-                None => fresh.push((at, notice)),
-                Some(Some(left)) => {
-                    context.request_repaint_after(left * slower);
-                    fresh.push((at, notice));
-                }
-                Some(None) => {}
+            let left = LASTS.checked_sub(*stood);
+            if let Some(left) = left {
+                context.request_repaint_after(left * slower);
+            }
+            if left.is_some() || notice.level == Level::Error {
+                fresh.push((at, notice));
             }
         }
         let is_pointed_at = !fresh.is_empty()
@@ -167,22 +157,5 @@ fn kind(level: Level, visuals: &egui::Visuals) -> (&'static str, Color32) {
         Level::Info => ("Done", visuals.text_color()),
         Level::Warning => ("Warning", visuals.warn_fg_color),
         Level::Error => ("Error", visuals.error_fg_color),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_notice_stands_as_long_as_it_takes_to_read_and_an_error_until_it_was() {
-        let secs = |level, length: usize| {
-            let lasts = lasts(&Notice::new(level, "x".repeat(length)));
-            lasts.map(|lasts| lasts.as_secs_f32())
-        };
-        assert_eq!(secs(Level::Info, 30), Some(4.0));
-        assert_eq!(secs(Level::Warning, 120), Some(7.0));
-        assert_eq!(secs(Level::Warning, 5000), Some(MOST_SECS));
-        assert_eq!(secs(Level::Error, 30), None);
     }
 }

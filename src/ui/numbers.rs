@@ -1,6 +1,6 @@
 //! Formats durations and long names for the window.
 
-pub use crate::scoring::numbers::{file_size, significant};
+pub use crate::scoring::numbers::{file_size, rate_in_words, significant};
 
 /// Returns a duration rounded up, with a unit that suits its length.
 pub fn duration(span: std::time::Duration) -> String {

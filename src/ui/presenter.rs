@@ -1,9 +1,10 @@
 //! What a projector shows: one sentence, the map or the loops beside one axis over time, and the two thresholds.
 
-use egui::{Align, Layout, Rect, RichText, Ui, UiBuilder, Vec2};
+use egui::{Rect, RichText, Ui, UiBuilder, Vec2};
 
 use crate::ui::{
     command::Pane,
+    controls::place_down,
     dock,
     numbers::significant,
     palette::Trace,
@@ -90,7 +91,7 @@ fn sentence(ui: &mut Ui, cx: &Cx<'_>, place: Rect) {
     } else {
         vec![(before, orange), (" without compensation".to_owned(), visuals.text_color())]
     };
-    ui.scope_builder(UiBuilder::new().max_rect(place).layout(Layout::top_down(Align::Min)), |ui| {
+    place_down(ui, place, "sentence", |ui| {
         ui.horizontal(|ui| {
             ui.spacing_mut().item_spacing.x = 0.0;
             for (text, color) in words {

@@ -3,14 +3,14 @@
 mod list;
 mod row;
 
-use egui::{Rect, Ui};
+use egui::Ui;
 
 use crate::{
     engine::{Action, Edit, Engine},
     questions::check::query::FindFaults,
     ui::{
         command::Out,
-        controls::Controls as _,
+        controls::{Controls as _, place_down},
         pane::{Cx, PaneView},
     },
 };
@@ -69,9 +69,8 @@ fn recordings_panel(ui: &mut Ui, engine: &Engine, fields: &mut View, out: &mut O
     }
     let rest = ui.available_rect_before_wrap();
     let foot = rest.bottom() - FOOT_HEIGHT;
-    let part = |rect: Rect| egui::UiBuilder::new().max_rect(rect);
-    ui.scope_builder(part(rest.with_max_y(foot)), |ui| list::list(ui, engine, fields, out));
-    ui.scope_builder(part(rest.with_min_y(foot)), |ui| {
+    place_down(ui, rest.with_max_y(foot), "list", |ui| list::list(ui, engine, fields, out));
+    place_down(ui, rest.with_min_y(foot), "foot", |ui| {
         ui.separator();
         split_row(ui, engine, fields, out);
         faults_row(ui, engine, out);

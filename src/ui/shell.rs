@@ -27,7 +27,7 @@ use crate::{
         dock,
         hand::Hand,
         help::Help,
-        import_window::{ImportFields, import_page},
+        import_window::import_page,
         menu,
         notices::Notices,
         pane::Cx,
@@ -62,7 +62,8 @@ pub struct Shell {
     time: TimeView,
     scope: Scope,
     hand: Hand,
-    import_fields: ImportFields,
+    /// True if a text field of the import page had the focus in the last frame.
+    was_typing: bool,
     questions: Questions,
     notices: Notices,
     palette: CommandPalette,
@@ -112,7 +113,7 @@ impl Shell {
             time: TimeView::default(),
             scope: Scope::default(),
             hand: Hand::default(),
-            import_fields: ImportFields::default(),
+            was_typing: false,
             questions: Questions::default(),
             notices: Notices::default(),
             palette: CommandPalette::default(),
@@ -408,7 +409,7 @@ impl Shell {
             places.clear();
             if engine.importing.is_some() {
                 let is_covered = self.help.is_open();
-                return import_page(ui, engine, &mut self.import_fields, is_covered, cx.out);
+                return import_page(ui, engine, &mut self.was_typing, is_covered, cx.out);
             }
             if is_empty && !engine.is_busy() {
                 return welcome::choices(ui, engine, cx.out);

@@ -116,7 +116,7 @@ pub fn busy(ui: &mut Ui) {
     sign.widget_info(|| egui::WidgetInfo::new(egui::Role::ProgressIndicator));
 }
 
-pub fn preview_of(each: usize) -> String {
+fn preview_of(each: usize) -> String {
     format!("Preview from every {each}th sample")
 }
 

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use egui::{Align, Button, ComboBox, Layout, Rect, RichText, Sense, Ui, UiBuilder, Vec2};
+use egui::{Button, ComboBox, Rect, RichText, Sense, Ui, Vec2};
 
 use crate::{
     calibration::{FitSettings, Regressor},
@@ -24,7 +24,7 @@ use crate::{
         bars,
         choice::choice,
         command::{Command, Out, Workspace},
-        controls::{named, place},
+        controls::{named, place, place_down},
         numbers::significant,
         palette::Trace,
         pane::Cx,
@@ -302,8 +302,7 @@ fn sentences(
     };
     let is_worse = compared.is_compensated && errors[1] > 1.05 * errors[0];
     let rect = Rect::from_center_size(rect.center(), Vec2::new(rect.width(), 38.0));
-    let layout = Layout::top_down(Align::Min);
-    ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| {
+    place_down(ui, rect, "sentences", |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         let visuals = ui.visuals();
         let color = if is_worse { visuals.warn_fg_color } else { visuals.strong_text_color() };

@@ -229,7 +229,8 @@ impl TimeView {
         let on_screen = self.shown.time.map_or(start, |(from, _)| from.max(start));
         let from = self.cursors.first().unwrap_or(on_screen);
         let passed = ui.input(|input| f64::from(input.stable_dt));
-        let (sample, time) = self.playing.go_on(passed, from, traces)?;
+        let (start, end) = self.shown.time.unwrap_or_else(|| all_of(&traces.times));
+        let (sample, time) = self.playing.go_on((passed, end - start), from, traces)?;
         if self.playing.running {
             ui.ctx().request_repaint();
             self.follow_time(time);

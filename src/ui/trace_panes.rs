@@ -18,7 +18,7 @@ use crate::{
         choice::named_choice,
         command::{Command, Out, Pane},
         controls::Controls as _,
-        numbers::significant,
+        numbers::{rate_in_words, significant},
         palette::Trace,
         pane::{Cx, PaneView},
         scope::{AxisChoice, Scope},
@@ -201,8 +201,10 @@ fn choices(ui: &mut Ui, engine: &Engine, panes: &mut TimeView, scope: &Scope, ou
             && let Some(entry) = engine.entries().get(at)
         {
             let recording = &entry.recording;
-            let rate = recording.rate_hz().map(|rate| format!(" at {} Hz", significant(rate, 3)));
-            let length = significant(recording.duration_secs(), 3);
+            let secs = recording.duration_secs();
+            let rate = rate_in_words(recording.rate_hz(), recording.n_samples(), secs);
+            let rate = rate.map(|rate| format!(" at {rate}"));
+            let length = significant(secs, 3);
             let role = entry.role.label();
             ui.weak(format!("{role}, {length} s{}", rate.unwrap_or_default()));
         }

@@ -5,7 +5,7 @@ use egui::{CursorIcon, Sense, Ui, UiBuilder};
 use crate::ui::{
     appearance::{focus_ring, is_compact},
     command::{Command, Pane, Workspace},
-    controls::named,
+    controls::{Controls as _, named},
     pane::Cx,
 };
 
@@ -20,11 +20,10 @@ const CHECKLIST_WIDTH: f32 = 760.0;
 const HEAD_HEIGHT: f32 = 30.0;
 const DRAWER_WIDTHS: [(Pane, f32); 2] = [(Pane::RECORDINGS, 460.0), (Pane::SETTINGS, 480.0)];
 
-/// Areas of all workspaces, and the workspace on screen.
+/// The workspace on screen, and what the user has changed of its arrangement.
 pub struct Workspaces {
     shown: Workspace,
-    /// Areas of the workspaces in the order of [`Workspace::ALL`]. The first area is the large one.
-    areas: [Vec<Area>; Workspace::ALL.len()],
+    /// Pane that takes the place of all others.
     maximized: Option<Pane>,
     /// Pane that gets the keyboard focus in the next frame.
     focus: Option<Pane>,
@@ -36,20 +35,10 @@ pub struct Workspaces {
     opens_right: bool,
 }
 
-/// Place of one pane, or of several panes as tabs.
-struct Area {
-    panes: &'static [Pane],
-    selected: Pane,
-    /// Share of the height of the right column.
-    share: f32,
-}
-
 impl Default for Workspaces {
     fn default() -> Self {
-        let areas = Workspace::ALL.map(|(workspace, ..)| areas(workspace));
         Self {
             shown: Workspace::Calibrate,
-            areas,
             maximized: None,
             focus: None,
             drawer: None,
@@ -59,31 +48,22 @@ impl Default for Workspaces {
     }
 }
 
-fn areas(workspace: Workspace) -> Vec<Area> {
-    let all: &[(&'static [Pane], f32)] = match workspace {
-        Workspace::Import => &[
-            (&[Pane::TRACES, Pane::CHANNELS], 0.0),
-            (&[Pane::RECORDINGS], 0.75),
-            (&[Pane::NOTES], 0.25),
-        ],
-        Workspace::Calibrate => {
-            &[(&[Pane::TRACES], 0.0), (&[Pane::ERRORS], 0.56), (&[Pane::LOOK_BACK], 0.44)]
-        }
-        Workspace::Loops => {
-            &[(&[Pane::LOOPS], 0.0), (&[Pane::AXES], 0.34), (&[Pane::METROLOGY], 0.66)]
-        }
-        Workspace::Thresholds => {
-            &[(&[Pane::THRESHOLDS], 0.0), (&[Pane::PAIRS], 0.33), (&[Pane::TRACES], 0.67)]
-        }
-        Workspace::Models => {
-            &[(&[Pane::MODELS], 0.0), (&[Pane::TRADE], 0.5), (&[Pane::ERRORS], 0.5)]
-        }
-        Workspace::Check => &[(&[Pane::CHECK, Pane::LIVE], 0.0)],
-        Workspace::Export => &[(&[Pane::EXPORT], 0.0), (&[Pane::CALIBRATION], 1.0)],
-    };
-    let area =
-        |(panes, share): &(&'static [Pane], f32)| Area { panes, selected: panes[0], share: *share };
-    all.iter().map(area).collect()
+/// Returns the large pane of a workspace, and the panes of the right column with their shares of its height.
+fn panes(workspace: Workspace) -> (Pane, &'static [(Pane, f32)]) {
+    match workspace {
+        Workspace::Import => (Pane::CHANNELS, &[(Pane::RECORDINGS, 0.75), (Pane::NOTES, 0.25)]),
+        Workspace::Calibrate => (Pane::TRACES, &[(Pane::ERRORS, 0.56), (Pane::LOOK_BACK, 0.44)]),
+        Workspace::Loops => (Pane::LOOPS, &[(Pane::AXES, 0.34), (Pane::METROLOGY, 0.66)]),
+        Workspace::Thresholds => (Pane::THRESHOLDS, &[(Pane::PAIRS, 0.33), (Pane::TRACES, 0.67)]),
+        Workspace::Models => (Pane::MODELS, &[(Pane::TRADE, 0.5), (Pane::ERRORS, 0.5)]),
+        Workspace::Check => (Pane::CHECK, &[]),
+        Workspace::Export => (Pane::EXPORT, &[(Pane::CALIBRATION, 1.0)]),
+    }
+}
+
+fn all_of(workspace: Workspace) -> impl Iterator<Item = Pane> {
+    let (hero, right) = panes(workspace);
+    std::iter::once(hero).chain(right.iter().map(|(pane, _)| *pane))
 }
 
 impl Workspaces {
@@ -111,30 +91,29 @@ impl Workspaces {
         self.opens_right = !self.opens_right;
     }
 
-    /// Returns the panes whose tabs are selected.
     pub fn on_screen(&self) -> Vec<Pane> {
-        let areas = self.areas[self.shown as usize].iter().map(|area| area.selected);
-        let areas = self.maximized.map_or_else(|| areas.collect(), |pane| vec![pane]);
-        areas.into_iter().chain(self.drawer).collect()
+        let panes = match self.maximized {
+            Some(pane) => vec![pane],
+            None => all_of(self.shown).collect(),
+        };
+        panes.into_iter().chain(self.drawer).collect()
     }
 
-    /// Selects the tab of a pane, in the present workspace or else in the first workspace that contains the pane. A pane that
-    /// is in no area of the present workspace and can be a drawer becomes the drawer.
+    /// Shows a pane: in the present workspace, as a drawer, in the first workspace that has it, or else maximised.
     pub fn bring(&mut self, pane: Pane) {
         self.maximized.take_if(|shown| *shown != pane);
-        self.focus = Some(pane);
-        let mut select = |place: Workspace| {
-            let mut areas = self.areas[place as usize].iter_mut();
-            let area = areas.find(|area| area.panes.contains(&pane));
-            area.map(|area| area.selected = pane).is_some()
-        };
-        if select(self.shown) {
+        let has = |place: Workspace| all_of(place).any(|other| other == pane);
+        if has(self.shown) {
             (self.drawer, self.opens_right) = (None, true);
         } else if DRAWER_WIDTHS.iter().any(|(drawer, _)| *drawer == pane) {
             self.drawer = Some(pane);
-        } else if let Some((place, ..)) = Workspace::ALL.iter().find(|(place, ..)| select(*place)) {
-            self.show(*place);
+        } else if let Some((place, ..)) = Workspace::ALL.into_iter().find(|(place, ..)| has(*place))
+        {
+            self.show(place);
+        } else {
+            (self.maximized, self.drawer) = (Some(pane), None);
         }
+        self.focus = Some(pane);
     }
 
     /// Maximises a pane, or shows all panes again if a pane is maximised.
@@ -152,7 +131,9 @@ impl Workspaces {
         let whole = ui.available_rect_before_wrap();
         let mut drawing = Drawing { draw, focus: self.focus.take(), cx };
         if let Some(pane) = self.maximized {
-            drawing.maximized(ui, pane);
+            let about = "Shows all panes of the workspace again (F9)";
+            drawing.head(ui, pane, Some(("All panes", about, Command::ToggleMaximized(None))));
+            drawing.pane(ui, pane);
         } else {
             self.areas(ui, whole, &mut drawing);
         }
@@ -171,7 +152,9 @@ impl Workspaces {
                     ui.set_max_size(inside.size());
                     let place = UiBuilder::new().max_rect(inside);
                     let mut ui = ui.new_child(place);
-                    drawing.head(&mut ui, &mut None, &[pane]);
+                    let about = "Closes this list (Escape)";
+                    let close = ("Close", about, Command::ToggleDrawer(pane));
+                    drawing.head(&mut ui, pane, Some(close));
                     drawing.pane(&mut ui, pane);
                 });
             });
@@ -190,15 +173,14 @@ impl Workspaces {
             _ => narrow,
         };
         let is_open = self.opens_right || self.shown == Workspace::Import || !is_compact(ui);
-        let areas = &mut self.areas[self.shown as usize];
-        let [hero, right @ ..] = &mut areas[..] else { return };
-        let right = if is_open { right } else { &mut [] };
+        let (hero, right) = panes(self.shown);
+        let right = if is_open { right } else { &[] };
         let (least, most) = RIGHT_SHARES.into_inner();
         let width = self.right_width.unwrap_or(usual);
         let width = width.clamp(least * whole.width(), most * whole.width());
         let edge = if right.is_empty() { whole.right() } else { whole.right() - width };
         let column = whole.with_min_x((edge + BORDER).min(whole.right()));
-        hero.draw(ui, whole.with_max_x(edge), false, drawing);
+        drawing.area(ui, whole.with_max_x(edge), hero, false);
         if right.is_empty() {
             return;
         }
@@ -215,31 +197,11 @@ impl Workspaces {
         };
         ui.painter().rect_filled(border.shrink2(egui::vec2(2.0, 0.0)), 0.0, line);
         let mut top = column.top();
-        for area in right {
-            let bottom = (top + area.share * column.height()).min(column.bottom());
-            area.draw(ui, column.with_min_y(top).with_max_y(bottom), true, drawing);
+        for (pane, share) in right {
+            let bottom = (top + share * column.height()).min(column.bottom());
+            drawing.area(ui, column.with_min_y(top).with_max_y(bottom), *pane, true);
             top = bottom;
         }
-    }
-}
-
-impl Area {
-    fn draw(
-        &mut self,
-        ui: &mut Ui,
-        rect: egui::Rect,
-        has_head: bool,
-        drawing: &mut Drawing<'_, '_>,
-    ) {
-        let place = UiBuilder::new().max_rect(rect).id_salt(self.panes[0].key);
-        let mut ui = ui.new_child(place);
-        ui.shrink_clip_rect(rect);
-        if has_head || self.panes.len() > 1 {
-            let mut selected = Some(self.selected);
-            drawing.head(&mut ui, &mut selected, self.panes);
-            self.selected = selected.unwrap_or(self.selected);
-        }
-        drawing.pane(&mut ui, self.selected);
     }
 }
 
@@ -250,46 +212,37 @@ struct Drawing<'a, 'c> {
 }
 
 impl Drawing<'_, '_> {
-    /// Draws the title of a pane, or the tabs of several panes.
-    fn head(&mut self, ui: &mut Ui, selected: &mut Option<Pane>, panes: &[Pane]) {
+    fn area(&mut self, ui: &mut Ui, rect: egui::Rect, pane: Pane, has_head: bool) {
+        let place = UiBuilder::new().max_rect(rect).id_salt(pane.key);
+        let mut ui = ui.new_child(place);
+        ui.shrink_clip_rect(rect);
+        if has_head {
+            self.head(&mut ui, pane, None);
+        }
+        self.pane(&mut ui, pane);
+    }
+
+    /// Draws the title of a pane, and a button with this label, explanation and command.
+    fn head(&mut self, ui: &mut Ui, pane: Pane, button: Option<(&str, &str, Command)>) {
         ui.horizontal(|ui| {
             ui.set_height(HEAD_HEIGHT);
             ui.add_space(8.0);
-            for pane in panes {
-                let about = format!("{}. A double click maximises the pane", pane.explanation);
-                let title = egui::RichText::new(pane.title).size(15.0);
-                let tab = match panes {
-                    [_] => ui.add(egui::Label::new(title.strong()).sense(Sense::click())),
-                    _ => ui.selectable_value(selected, Some(*pane), title),
-                };
-                if tab.on_hover_text(about).double_clicked() {
-                    self.cx.out.send(Command::ToggleMaximized(Some(*pane)));
+            let title = egui::RichText::new(pane.title).size(15.0).strong();
+            let title = ui.add(egui::Label::new(title).sense(Sense::click()));
+            let title = title.on_hover_text("A double click maximises this pane");
+            if title.double_clicked() {
+                self.cx.out.send(Command::ToggleMaximized(Some(pane)));
+            }
+            let layout = egui::Layout::right_to_left(egui::Align::Center);
+            ui.with_layout(layout, |ui| {
+                ui.add_space(8.0);
+                if let Some((label, about, command)) = button
+                    && ui.press(label, about)
+                {
+                    self.cx.out.send(command);
                 }
-            }
-            if let (None, [pane]) = (&selected, panes) {
-                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                    ui.add_space(8.0);
-                    let close = ui.button("Close").on_hover_text("Closes this list (Escape)");
-                    if close.clicked() {
-                        self.cx.out.send(Command::ToggleDrawer(*pane));
-                    }
-                });
-            }
+            });
         });
-    }
-
-    fn maximized(&mut self, ui: &mut Ui, pane: Pane) {
-        ui.horizontal(|ui| {
-            ui.add_space(8.0);
-            let title = egui::Label::new(egui::RichText::new(pane.title).strong());
-            let title = ui.add(title.sense(Sense::click()));
-            let back =
-                ui.button("All panes").on_hover_text("Shows all panes of the workspace again (F9)");
-            if title.double_clicked() || back.clicked() {
-                self.cx.out.send(Command::ToggleMaximized(None));
-            }
-        });
-        self.pane(ui, pane);
     }
 
     fn pane(&mut self, ui: &mut Ui, pane: Pane) {
@@ -322,8 +275,9 @@ mod tests {
 
     #[test]
     fn every_pane_can_be_brought_and_a_workspace_shows_one_to_three() {
-        let shown = Workspaces::default();
-        assert!(shown.areas.iter().all(|areas| (1..=3).contains(&areas.len())));
+        for (workspace, ..) in Workspace::ALL {
+            assert!((1..=3).contains(&all_of(workspace).count()));
+        }
         for pane in panes::all() {
             let mut workspaces = Workspaces::default();
             workspaces.bring(pane);
@@ -340,11 +294,9 @@ mod tests {
         assert_eq!(workspaces.shown(), Workspace::Import);
         assert!(workspaces.on_screen().contains(&named("channels")));
         workspaces.bring(named("traces"));
-        assert_eq!(workspaces.shown(), Workspace::Import);
-        assert!(
-            !workspaces.on_screen().contains(&named("channels")),
-            "one tab of a group is selected"
-        );
+        assert_eq!(workspaces.shown(), Workspace::Calibrate);
+        workspaces.bring(named("live"));
+        assert_eq!(workspaces.on_screen(), [named("live")]);
         workspaces.show(Workspace::Calibrate);
         workspaces.toggle_maximized(Some(named("traces")));
         assert_eq!(workspaces.on_screen(), [named("traces")]);

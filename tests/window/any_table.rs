@@ -86,31 +86,7 @@ fn a_catman_export_opens_with_its_roles() {
     drop.assert_exported(10);
 }
 
-/// The same menu of roles opens at the name of an axis in the table of errors and at the name of a recording in the list.
-#[test]
-fn roles_change_by_the_right_mouse_button() {
-    let mut text = "time [s],Force_ref [N],Strain_1 [mV/V]\n".to_owned();
-    for (k, load, reading) in cycles(400) {
-        writeln!(text, "{:.2},{load:.4},{reading:.6}", k as f64 / 50.0).unwrap();
-    }
-    let mut drop = Counted::dropped("pull.csv", &text);
-    assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
-    let axis = drop.window.get_by_role_and_label(Role::RadioButton, "Fz [N]");
-    axis.click_secondary();
-    settle(&mut drop.window);
-    drop.press("Auxiliary channel");
-    assert_eq!(state(&drop.window).project().axes(), []);
-    show(&mut drop.window, "recordings");
-    let name = drop.window.query_all_by_role_and_label(Role::Button, "pull").next();
-    name.expect("the name in the list").click_secondary();
-    settle(&mut drop.window);
-    for step in ["Roles of its channels", "Force_ref [N] (Aux)", "Fz"] {
-        drop.press(step);
-    }
-    assert_eq!(state(&drop.window).project().axes(), [Axis::Fz]);
-}
-
-/// Beside a calibration, the pane of the loops crosses every channel of the file.
+/// Beside a calibration, the pane of the channels crosses every channel of the file.
 #[test]
 fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
     let mut text = "time [s],Force [N],Strain_1 [mV/V],Displacement [mm]\n".to_owned();
@@ -120,8 +96,11 @@ fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
     }
     let mut drop = Counted::dropped("pull.csv", &text);
     assert_eq!(state(&drop.window).project().missing(), None);
-    drop.press("Loops");
-    drop.press("Any channel");
+    show(&mut drop.window, "channels");
+    click(&mut drop.window, Role::ComboBox, "across");
+    let items = drop.window.get_all_by_role_and_label(Role::Button, "Fz [N]");
+    items.last().expect("the list is open").click();
+    settle(&mut drop.window);
     drop.window.get_by_role_and_label(Role::Button, "Displacement [mm]").click();
     settle(&mut drop.window);
     assert!(has(&drop.window, "Displacement [mm] against Fz [N]"));

@@ -225,7 +225,8 @@ fn a_row_of_imports_ends_at_once() {
         if ends == 0 {
             click(&mut window, Role::Button, "Cancel all (2 files left)");
         } else {
-            type_into(&mut window, "Column map", "other.json");
+            choose(&mut window, 2, "Gauge");
+            type_into(&mut window, "name of column 2", "bridge");
             window.key_press(Key::Escape);
             settle(&mut window);
             assert!(has(&window, "Import bare1"), "Escape leaves only the field");
@@ -267,24 +268,6 @@ fn problems_are_shown_before_loading_and_cancel_loses_nothing() {
     click(&mut window, Role::Button, "Cancel import");
     assert!(!has(&window, "Import bare"));
     assert_eq!(names(&window), ["a", "b", "test_c"]);
-}
-
-#[test]
-fn a_map_is_written_for_the_command_line_and_read_again() {
-    let files = Files::new();
-    let mut window = page(vec![files.write("first.dat", &headerless(400))]);
-    for (column, role) in [(1, "Time"), (2, "Gauge"), (3, "Gauge"), (4, "Fz")] {
-        choose(&mut window, column, role);
-    }
-    let path = files.path("map.json");
-    type_into(&mut window, "Column map", path.to_str().unwrap());
-    click(&mut window, Role::Button, "Write map");
-    let map = loopscope::import::map::ColumnMap::read(&path).unwrap();
-    assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
-    choose(&mut window, 4, "Ignore");
-    assert_ne!(map, state(&window).importing.as_ref().unwrap().map);
-    click(&mut window, Role::Button, "Read map");
-    assert_eq!(map, state(&window).importing.as_ref().unwrap().map);
 }
 
 /// The load is a weight of 2 kg in several orientations: `F = m Rᵀg + offset`. The offset of the reference is (0.5, -0.25, 1) N.

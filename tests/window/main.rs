@@ -232,8 +232,11 @@ fn load(window: &mut Window, path: &str) {
 fn maximize(window: &mut Window, pane: &str) {
     show(window, pane);
     let shell = window.state_mut().as_mut().unwrap();
-    shell.send(Command::ToggleMaximized(Some(workspace::named(pane))));
-    settle(window);
+    // A pane in no workspace is shown alone.
+    if shell.on_screen().len() > 1 {
+        shell.send(Command::ToggleMaximized(Some(workspace::named(pane))));
+        settle(window);
+    }
 }
 
 fn names(window: &Window) -> Vec<String> {
@@ -1149,7 +1152,7 @@ fn numbers_on_screen(window: &Window) -> usize {
 }
 
 #[test]
-fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
+fn loops_show_their_width_for_any_axis_gauge_and_range() {
     let files = Files::new();
     let mut window = window(files.three());
     maximize(&mut window, "loops");
@@ -1158,32 +1161,17 @@ fn loops_show_their_width_and_area_for_any_axis_gauge_and_range() {
     for card in ["Largest width: ", "Mean width: ", "Nonlinearity: ", "Time lag: "] {
         assert!(has(&window, card), "{card}");
     }
-    click(&mut window, Role::Button, "Figures of Fx…");
-    assert_eq!(panes(&window, "Loop width against load"), 1);
-    for part in ["Largest width", "Mean width", "Area", "N²", "% FS²", "400 samples of 1 recording"]
-    {
-        assert!(has(&window, part), "{part}");
-    }
-    let before = numbers_on_screen(&window);
-    assert!(before >= 12, "three figures of two loads, in units and percent: {before}");
+    assert!(has(&window, "400 samples of 1 recording"));
 
     click(&mut window, Role::ComboBox, "up");
     click(&mut window, Role::Button, "S1");
-    click(&mut window, Role::Button, "Figures of Fx…");
-    assert!(has(&window, "raw·N"));
     assert_eq!(panes(&window, "S1 [raw] against Fx Reference [N]"), 1);
     click(&mut window, Role::ComboBox, "of");
     click(&mut window, Role::Button, "All recordings");
-    click(&mut window, Role::Button, "Figures of Fx…");
     assert!(has(&window, "1200 samples of 3 recordings"));
     window.key_press(Key::Num3);
     settle(&mut window);
     assert_eq!(panes(&window, "S1 [raw] against Fz Reference [N]"), 1);
-    if !has(&window, "Largest cycle") {
-        click(&mut window, Role::Button, "Figures of Fz…");
-    }
-    click(&mut window, Role::Button, "Largest cycle");
-    assert!(has(&window, "raw·N"));
     type_number(&mut window, "Reversal threshold", "50");
     assert!(has(&window, "within the reversal threshold of 50 N"));
     click(&mut window, Role::CheckBox, "from data");
@@ -1371,7 +1359,6 @@ fn a_loop_of_other_recordings_is_linked_with_those_that_the_traces_show() {
         window.drop_at(at);
         settle(&mut window);
         assert!(shell(&window).visible_time().is_some());
-        click(&mut window, Role::Button, "Figures of Fx…");
         assert!(has(&window, "of 1 recording"), "the cycle is shown alone");
         window.hover_at(plot.left_top());
         window.key_press(Key::F4);

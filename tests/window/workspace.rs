@@ -36,7 +36,7 @@ fn a_pane_is_brought_and_maximised_and_drawers_open_and_close() {
     assert!(on_screen(&window, named("loops")) && !on_screen(&window, named("errors")));
     show(&mut window, "channels");
     assert!(on_screen(&window, named("channels")) && !on_screen(&window, named("traces")));
-    click(&mut window, Role::Button, "Traces");
+    show(&mut window, "traces");
     assert!(on_screen(&window, named("traces")) && !on_screen(&window, named("channels")));
     window.key_press(Key::F3);
     settle(&mut window);

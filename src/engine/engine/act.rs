@@ -4,10 +4,7 @@ use std::sync::Arc;
 
 use super::{Action, Engine, Leaving};
 use crate::{
-    engine::{
-        live::Follow, query::Background as _, saving::Output, task::Task, tasks::InTurn,
-        undo::History,
-    },
+    engine::{live::Follow, query::Background as _, saving::Output, undo::History},
     questions::models::asked::{Train, TryModels},
 };
 
@@ -23,14 +20,14 @@ impl Engine {
             Action::Close => self.leave_for(Leaving::Close),
             Action::Stay => self.leaving = None,
             Action::Discard => self.leave(),
-            Action::Restore(path) => self.tasks.start(Task::restore(path)),
+            Action::Restore(path) => self.restore(path),
             Action::DropLeft(path) => self.drop_left(&path),
             Action::ShowLeft(yes) => self.show_left(yes),
             Action::Open(paths) => self.open(paths),
-            Action::OpenBuiltIn(late) => self.await_turn(InTurn::Simulate(late)),
+            Action::OpenBuiltIn(late) => self.simulate(late),
             Action::Tare(which, tare) => self.tare(&which, tare),
-            Action::ChangeColumns(change) => self.await_turn(InTurn::ChangeColumns(change)),
-            Action::LeaveOutFaulty => self.await_turn(InTurn::LeaveOutFaulty),
+            Action::ChangeColumns(change) => self.change_columns(change),
+            Action::LeaveOutFaulty => self.leave_out_faulty(),
             Action::Locate(place) => self.locate(place),
             Action::Forget(at) => self.forget(at),
             Action::Import(command) => self.import(command),

@@ -2,17 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Engine;
+use super::{Engine, reading::because};
 use crate::{
     engine::{
         importing::{ImportCommand, Importing, Preview},
         notice::Level,
         query::{Background as _, LaneEvent},
-        saving::{Existing, FileContent, Output},
-        task::Task,
-        tasks::InTurn,
+        tasks::Task,
     },
-    import::{ColumnChange, inspect::Known, map::ColumnMap, pose::WeightEstimate},
+    import::{ColumnChange, estimate_weight, inspect::Known, pose::WeightEstimate},
 };
 
 impl Engine {
@@ -44,13 +42,8 @@ impl Engine {
         }
     }
 
-    /// Uses this column map for the file of the import page.
-    pub(super) fn take_map(&mut self, map: ColumnMap) {
-        self.inspect(|importing| importing.take_map(map));
-    }
-
     /// Uses the weight that was estimated for the file at this path.
-    pub(super) fn take_weight(&mut self, path: &Path, estimate: &WeightEstimate) {
+    fn take_weight(&mut self, path: &Path, estimate: &WeightEstimate) {
         if self.importing.as_ref().is_some_and(|importing| importing.path == path) {
             self.inspect(|importing| importing.take_weight(estimate));
             let sentences = estimate.sentences().join("; ");
@@ -87,22 +80,14 @@ impl Engine {
             ImportCommand::SetLayout(text) => self.inspect(|importing| importing.take_layout(text)),
             ImportCommand::SetMap(map) => self.inspect(|importing| importing.try_map(*map)),
             ImportCommand::Begin => self.inspect(|importing| importing.look(Known::Nothing)),
-            ImportCommand::ReadMap(path) => self.tasks.start(Task::read_map(path)),
             ImportCommand::FindWeight => {
                 if let Some(Importing { path, map, .. }) = &self.importing {
-                    self.tasks.start(Task::find_weight(path.clone(), map.clone()));
-                }
-            }
-            ImportCommand::WriteMap(path) => {
-                let Some(Importing { map, .. }) = &self.importing else { return };
-                let mut text = Vec::new();
-                match map.write_json(&mut text) {
-                    Ok(()) => self.save(Output {
-                        content: FileContent::Bytes(text.into()),
-                        paths: vec![path],
-                        existing: Existing::Ask,
-                    }),
-                    Err(error) => self.notice(Level::Error, error.to_string()),
+                    let (path, map, of) = (path.clone(), map.clone(), path.clone());
+                    let find = move |progress: &_| {
+                        estimate_weight(&path, Some(&map), progress).map_err(because)
+                    };
+                    let take = move |engine: &mut Self, found| engine.take_weight(&of, &found);
+                    self.tasks.begin(Task::new("Estimating the weight", find, take), None);
                 }
             }
             ImportCommand::Load => {
@@ -113,7 +98,7 @@ impl Engine {
                 if self.project.files().any(|file| file == path) {
                     // The file's recordings are read again, not added a second time.
                     let change = ColumnChange::Map(path, Box::new(map));
-                    self.await_turn(InTurn::ChangeColumns(change));
+                    self.change_columns(change);
                     self.begin_import(waiting);
                 } else {
                     self.project.maps.insert(path.clone(), map);

@@ -12,10 +12,11 @@ use crate::{
         query::Background as _,
         recovery::{Recovery, Unsaved, drop_left},
         session::{OpenedSession, Session},
-        tasks::InTurn,
+        tasks::Task,
         undo::History,
     },
-    questions::{errors::query::Analyse, models::asked::TryModels},
+    progress::Progress,
+    questions::{errors::query::Analyse, models::asked::TryModels, question::Unanswered},
 };
 
 impl Engine {
@@ -33,7 +34,7 @@ impl Engine {
         maps.extend(project.maps);
         self.project = Project { maps, ..project };
         if is_built_in {
-            self.await_turn(InTurn::Simulate(late));
+            self.simulate(late);
         }
         // A restored autosaved session counts as unsaved, because its file is removed once it is restored.
         self.saved = Some(match &path {
@@ -90,6 +91,19 @@ impl Engine {
         if !self.is_unsaved() {
             self.leave();
         }
+    }
+
+    pub(super) fn restore(&mut self, path: PathBuf) {
+        let autosaved = path.clone();
+        let read = move |progress: &Progress| {
+            let opened = OpenedSession::read(&autosaved, progress).map_err(Unanswered::Because);
+            progress.check()?;
+            opened
+        };
+        let take = move |engine: &mut Self, opened| {
+            engine.leave_for(Leaving::Restore(path, Box::new(opened)));
+        };
+        self.tasks.begin(Task::new("Restoring an autosaved session", read, take), None);
     }
 
     pub(super) fn leave(&mut self) {

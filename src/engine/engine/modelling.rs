@@ -11,10 +11,11 @@ use crate::{
         notice::Level,
         project::{Edit, Project},
         query::Background as _,
-        task::Task,
+        session::prove_trained,
+        tasks::Task,
     },
     questions::{
-        Candidates, HistoryBlock, Request, Search, WITHIN,
+        Candidates, HistoryBlock, Model, Request, Search, WITHIN,
         models::asked::{OnTrained, Train, Trained, TryModels},
         thresholds::{
             Measure,
@@ -114,7 +115,19 @@ impl Engine {
             let calibration = Arc::clone(&analysis.calibration);
             let Project { recordings, settings, .. } = &self.project;
             let (recordings, settings) = (Arc::clone(recordings), settings.clone());
-            self.tasks.start(Task::list(recordings, settings, calibration, is_asked));
+            let of = Arc::clone(&recordings);
+            let task = Task::new(
+                "Adding the model to the list",
+                move |_| Ok(Model::fitted(settings, &calibration, &recordings)),
+                move |engine: &mut Self, model| {
+                    if is_asked {
+                        engine.models.keep(model, &of);
+                    } else {
+                        engine.models.take_present(model, &of);
+                    }
+                },
+            );
+            self.tasks.begin(task.seen_if(is_asked), None);
         }
     }
 
@@ -164,17 +177,19 @@ impl Engine {
         let recordings = &self.project.recordings;
         let is_whole = self.project.lost.is_empty() && !recordings.entries().is_empty();
         if let Some(trained) = self.unproven.as_ref().filter(|_| is_whole) {
-            let task = Task::prove(Arc::clone(recordings), Arc::clone(trained));
-            self.tasks.start(task);
+            let (recordings, trained) = (Arc::clone(recordings), Arc::clone(trained));
+            let both = (Arc::clone(&trained), Arc::clone(&recordings));
+            let prove = move |_: &_| Ok(prove_trained(&trained, &recordings));
+            let take = move |engine: &mut Self, proven| engine.take_proven(both, proven);
+            self.tasks.begin(Task::new("Checking the trained calibration", prove, take), None);
         }
     }
 
     /// Uses the session's trained calibration if it was trained on the session's recordings. The result is ignored if another
     /// session was opened since this check began, or if an earlier check has already ended.
-    pub(super) fn take_proven(
+    fn take_proven(
         &mut self,
-        trained: Arc<Calibration>,
-        recordings: Arc<RecordingSet>,
+        (trained, recordings): (Arc<Calibration>, Arc<RecordingSet>),
         proven: Result<(), String>,
     ) {
         if self.unproven.take_if(|unproven| Arc::ptr_eq(unproven, &trained)).is_none() {

@@ -1,17 +1,13 @@
 //! Puts results of background work into the document.
 
-use std::sync::Arc;
-
-use super::{Engine, Leaving};
+use super::Engine;
 use crate::{
     engine::{
-        files::Opened,
         notice::Level,
         project::Edit,
         query::{Background as _, LaneEvent},
-        task::Done,
     },
-    questions::{models::asked::TryModels, thresholds::asked::ChooseBlock},
+    questions::{models::asked::TryModels, question::Unanswered, thresholds::asked::ChooseBlock},
 };
 
 impl Engine {
@@ -37,51 +33,14 @@ impl Engine {
         self.follow();
     }
 
-    pub(super) fn take_tasks(&mut self) {
-        for (done, problem) in self.tasks.take() {
-            problem.into_iter().for_each(|problem| self.notice(Level::Error, problem));
-            done.into_iter().for_each(|done| self.finish(done));
+    fn take_tasks(&mut self) {
+        for ended in self.tasks.take() {
+            match ended {
+                Ok(change) => change(self),
+                Err(Unanswered::Because(problem)) => self.notice(Level::Error, problem),
+                Err(Unanswered::Cancelled) => {}
+            }
         }
         self.begin_next();
-    }
-
-    pub(in crate::engine) fn finish(&mut self, done: Done) {
-        match done {
-            Done::Opened(files) => {
-                let has_session =
-                    files.iter().any(|(_, file)| matches!(file, Ok(Opened::Session(_))));
-                if has_session {
-                    self.leave_for(Leaving::Open(files));
-                } else {
-                    self.take_files(files);
-                }
-            }
-            Done::Simulated(before, _) if !Arc::ptr_eq(&before, &self.project.recordings) => {}
-            Done::Changed(before, ..) | Done::ReadAgain(before, _)
-                if !Arc::ptr_eq(&before, &self.project.recordings) =>
-            {
-                let text = "The recordings changed while they were tared, read again or searched for faulty samples, so the \
-                            result was discarded. Repeat the action.";
-                self.notice(Level::Warning, text);
-            }
-            Done::Changed(_, changed, warnings) => {
-                self.edit(Edit::Replace(Arc::new(changed)));
-                warnings.into_iter().for_each(|text| self.notice(Level::Warning, text));
-            }
-            Done::ReadAgain(_, parts) => self.take_read_again(parts),
-            Done::Simulated(_, set) => self.take_simulated(set),
-            Done::Written(content, files) => self.take_written(content, files),
-            Done::Map(map) => self.take_map(*map),
-            Done::Weight(path, estimate) => self.take_weight(&path, &estimate),
-            Done::Restored(path, opened) => self.leave_for(Leaving::Restore(path, opened)),
-            Done::Located(place, found) => self.take_located(&place, found),
-            Done::Proven(trained, recordings, proven) => {
-                self.take_proven(trained, recordings, proven);
-            }
-            Done::Listed(recordings, model, true) => self.models.keep(*model, &recordings),
-            Done::Listed(recordings, model, false) => {
-                self.models.take_present(*model, &recordings);
-            }
-        }
     }
 }

@@ -12,9 +12,13 @@ use crate::{
         project::Project,
         saving::{Doubt, Existing, FileContent, Output, Unwritten},
         session::trained_beside,
-        task::Task,
+        tasks::Task,
     },
-    export::known_target,
+    export::{TargetError, check_targets, known_target},
+    finding::{Advice, Face},
+    progress::Progress,
+    questions::question::Unanswered,
+    shown::file_name,
 };
 
 impl Engine {
@@ -36,8 +40,28 @@ impl Engine {
                 *path = absolute;
             }
         }
-        let inputs = self.project.files().map(Path::to_owned).collect();
-        self.tasks.start(Task::write(output, inputs));
+        // The files of the loaded recordings must not be overwritten.
+        let inputs: Vec<PathBuf> = self.project.files().map(Path::to_owned).collect();
+        let Output { content, paths, existing } = output;
+        let title = match &paths[..] {
+            [one] => format!("Writing {}", file_name(one)),
+            many => format!("Writing {} files", many.len()),
+        };
+        let is_seen = content.takes_long();
+        let write = move |progress: &Progress| {
+            let whole = content.handed_over(progress).map_err(Unanswered::Because)?;
+            let replaces = existing == Existing::Replace;
+            let write = |path: &PathBuf| match check_targets(&inputs, &whole.files(path), replaces)
+            {
+                Err(TargetError::Exists { .. }) => Err(Unwritten::Exists),
+                Err(error) => Err(Unwritten::Because(error.text(Face::Window))),
+                Ok(()) => whole.write(path, progress).map_err(Unwritten::Because),
+            };
+            let written: Vec<_> = paths.iter().map(|path| (path.clone(), write(path))).collect();
+            Ok((content, written))
+        };
+        let take = |engine: &mut Self, (content, files)| engine.take_written(content, files);
+        self.tasks.begin(Task::new(title, write, take).seen_if(is_seen), None);
     }
 
     pub(super) fn export(&mut self, mut paths: Vec<PathBuf>, existing: Existing) {
@@ -71,11 +95,7 @@ impl Engine {
     }
 
     /// Reports which files were written, and asks whether those that exist may be replaced.
-    pub(super) fn take_written(
-        &mut self,
-        content: FileContent,
-        files: Vec<(PathBuf, Result<(), Unwritten>)>,
-    ) {
+    fn take_written(&mut self, content: FileContent, files: Vec<(PathBuf, Result<(), Unwritten>)>) {
         let (mut existing, mut results) = (Vec::new(), BTreeMap::new());
         for (path, written) in files {
             let result = match (written, &content) {

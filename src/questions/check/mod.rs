@@ -5,4 +5,4 @@ mod judgement;
 pub mod query;
 pub(crate) mod shown;
 
-pub(crate) use shown::{rig_and_axes, rig_figures, sufficiency_tables};
+pub(crate) use shown::{rig_and_axes, rig_figures};

@@ -1,7 +1,7 @@
 //! Makes the tables and figures that show the result of a check of the recordings.
 
 use crate::{
-    questions::{budget::budget_table, check::independent_loads::Sufficiency},
+    questions::check::independent_loads::Sufficiency,
     report::{
         figure::{Figure, Line, Scale},
         table::{Cell, Column, Table},
@@ -15,11 +15,6 @@ const COLORS: [[u8; 3]; 6] =
 
 /// Function that returns the zeros or the sensitivities of the gauges in a run.
 type Estimates = fn(&Run) -> &[Option<(f64, f64)>];
-
-pub fn sufficiency_tables(of: &Sufficiency) -> Vec<Table> {
-    let budget = of.budget.as_ref().ok().map(budget_table);
-    budget.into_iter().chain(rig_and_axes(of)).collect()
-}
 
 /// Returns the tables of the check without the error budget.
 pub fn rig_and_axes(of: &Sufficiency) -> Vec<Table> {

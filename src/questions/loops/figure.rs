@@ -21,23 +21,9 @@ use crate::{
     scoring::{holds::Drift, loops::Frame, numbers::significant},
 };
 
-/// Minimum ratio of the load rates of the fastest and the slowest cycle. Below this ratio, a time lag and hysteresis look
-/// alike.
-const RATES_APART: f64 = 2.0;
-
 /// Divisor of a branch's number of points: a tenth of the branch on each side of an arrow gives the arrow's direction,
 /// because neighbouring points are too noisy.
 const ARROW_SHARE: usize = 10;
-
-/// Margin around the points in a plot of loop widths, as a share of the range of the plotted widths and rates.
-const WIDTH_MARGIN: f64 = 0.06;
-
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum FiguresOf {
-    #[default]
-    Mean,
-    Largest,
-}
 
 #[derive(Clone, Copy, Debug)]
 pub struct Inks {
@@ -74,28 +60,21 @@ pub struct LoopView<'a> {
     pub plot: &'a LoopPlot,
     /// Name and unit of the gauge on the vertical axis; empty if the axis shows a load.
     pub gauge: (&'a str, &'a str),
-    pub figures_of: FiguresOf,
+    /// True if the figures describe the mean loop, false if they describe the largest cycle.
+    has_mean: bool,
     pub shown: Vec<&'a LoopCurve>,
 }
 
 impl<'a> LoopView<'a> {
-    /// Returns a view that shows all curves of the plot. If there is no mean loop, its figures (such as the width) describe
-    /// the largest cycle instead of the loop `asked`.
-    pub fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str), asked: FiguresOf) -> Self {
+    /// Returns a view that shows all curves of the plot. Its figures (such as the width) describe the mean loop, or the largest
+    /// cycle if there is no mean loop.
+    pub fn of_all(plot: &'a LoopPlot, gauge: (&'a str, &'a str)) -> Self {
         let has_mean = plot.curves.iter().any(|curve| curve.mean.is_ok());
-        Self {
-            plot,
-            gauge,
-            figures_of: if has_mean { asked } else { FiguresOf::Largest },
-            shown: plot.curves.iter().collect(),
-        }
+        Self { plot, gauge, has_mean, shown: plot.curves.iter().collect() }
     }
 
     pub fn figures(&self, curve: &'a LoopCurve) -> Result<&'a LoopFigures, &'a Reason> {
-        match self.figures_of {
-            FiguresOf::Mean => curve.mean.as_ref(),
-            FiguresOf::Largest => curve.largest.as_ref(),
-        }
+        if self.has_mean { curve.mean.as_ref() } else { curve.largest.as_ref() }
     }
 
     pub fn found(&self) -> Vec<(Option<Trace>, &'a LoopFigures)> {
@@ -125,10 +104,6 @@ impl<'a> LoopView<'a> {
         format!("{up} against {across}")
     }
 
-    fn without_lag(&self) -> &'static str {
-        if self.plot.question.lag_removed { ", lag removed" } else { "" }
-    }
-
     fn long_title(&self) -> String {
         let axis = self.plot.question.axis.symbol();
         let what = match self.plot.question.up {
@@ -136,18 +111,18 @@ impl<'a> LoopView<'a> {
             Up::Error => format!("{axis} error"),
             Up::Gauge(_) => format!("{} against {axis}", self.gauge.0),
         };
-        let what = format!("{what}{}", self.without_lag());
+        let without_lag = if self.plot.question.lag_removed { ", lag removed" } else { "" };
+        let what = format!("{what}{without_lag}");
         let found = self.found();
         let Some((_, figures)) = found.first() else {
             return what;
         };
         let basis = figures.basis;
         let share = significant(100.0 * basis.range_share, 2);
-        let of = match self.figures_of {
-            FiguresOf::Mean => {
-                format!("mean of {} of {} cycles", basis.n_cycles, self.plot.cycles.len())
-            }
-            FiguresOf::Largest => "largest cycle".to_owned(),
+        let of = if self.has_mean {
+            format!("mean of {} of {} cycles", basis.n_cycles, self.plot.cycles.len())
+        } else {
+            "largest cycle".to_owned()
         };
         format!("{what}: {of}, {share} % of the load range")
     }
@@ -192,56 +167,6 @@ impl<'a> LoopView<'a> {
             lines: one_to_one.into_iter().chain(branches).chain(loops).collect(),
             ..Figure::default()
         }
-    }
-
-    /// Returns a plot of the mean loop width of full cycles against load rate. Returns `None` if the rates are too similar to
-    /// distinguish lag from hysteresis.
-    pub fn widths_by_rate(&self, inks: &Inks) -> Option<Figure<'static>> {
-        let spread = |curve: &&LoopCurve| {
-            let ends = curve.by_rate.first().zip(curve.by_rate.last());
-            ends.is_some_and(|(slow, fast)| fast[0] >= RATES_APART * slow[0])
-        };
-        if !self.shown.first().is_some_and(spread) {
-            return None;
-        }
-        let groups = self.shown.iter().map(|curve| (curve.output, grouped(&curve.by_rate)));
-        let rates = self.shown.iter().flat_map(|curve| grouped(&curve.by_rate));
-        let rates = rates.map(|[rate, _]| rate).chain([0.0]);
-        let label = format!("rate [{}/s]", self.plot.question.axis.unit());
-        Some(self.figure_of_widths(
-            format!("Mean loop width against load rate{}", self.without_lag()),
-            Scale::spanning(label, rates, WIDTH_MARGIN),
-            "mean width",
-            groups.map(|(output, points)| Line::new("", inks.of(output), [points])).collect(),
-        ))
-    }
-
-    pub fn widths(&self, inks: &Inks) -> Figure<'a> {
-        let [across, _] = self.labels();
-        let lines = self
-            .found()
-            .into_iter()
-            .map(|(output, figures)| Line::new("", inks.of(output), [&figures.widths[..]]));
-        self.figure_of_widths(
-            "Loop width against load".to_owned(),
-            Scale::new(across, self.plot.whole.loads),
-            "width",
-            lines.collect(),
-        )
-    }
-
-    fn figure_of_widths<'b>(
-        &self,
-        title: String,
-        across: Scale,
-        label: &str,
-        mut lines: Vec<Line<'b>>,
-    ) -> Figure<'b> {
-        lines.iter_mut().for_each(|line| line.width = 1.6);
-        let points = lines.iter().flat_map(|line| line.pieces.iter().flat_map(|piece| &**piece));
-        let heights = points.map(|[_, width]| *width).chain([0.0]);
-        let up = Scale::spanning(format!("{label} [{}]", self.unit()), heights, WIDTH_MARGIN);
-        Figure { title, across, up, lines, ..Figure::default() }
     }
 }
 
@@ -305,16 +230,6 @@ fn clouds(drawn: &Drawn, rising: [u8; 3], ink: [u8; 3]) -> Vec<Cloud> {
         .collect()
 }
 
-/// Returns the means of neighbouring points of a plot, in groups of roughly equal size.
-fn grouped(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    const GROUPS: usize = 12;
-    let means = points.chunks(points.len().div_ceil(GROUPS).max(1)).map(|group| {
-        let n = group.len() as f64;
-        [0, 1].map(|at| group.iter().map(|point| point[at]).sum::<f64>() / n)
-    });
-    means.collect()
-}
-
 /// Returns an arrow in the middle of a branch, which shows whether the load rises or falls. The points of the branch are
 /// sorted by rising load.
 fn arrow(branch: &[[f64; 2]], rising: bool, color: [u8; 3]) -> Option<Arrow> {
@@ -362,82 +277,6 @@ pub fn lag_in_words(found: &OutputLag) -> String {
     });
     let explains = explains.unwrap_or_default();
     format!("Time lag {late} ± {error} s ({samples} samples, {kind}){explains}.")
-}
-
-/// Returns a table of the largest width, mean width, area and dissipated work of each loop, in units and in percent. For two
-/// loops, a column holds the change from the first to the second.
-pub fn loop_figures(view: &LoopView<'_>) -> Table {
-    let (loops, plot, unit) = (view.found(), view.plot, view.unit());
-    let (axis, scale) = (plot.question.axis, plot.output_scale);
-    let is_gauge = matches!(plot.question.up, Up::Gauge(_));
-    let area_unit = match axis.is_force() {
-        _ if is_gauge => format!("{unit}·{}", axis.unit()),
-        true => "N²".to_owned(),
-        false => "N²·m²".to_owned(),
-    };
-    let (share, area_share, of_what) = if is_gauge {
-        ("%", "%", "In percent of half the range of the gauge")
-    } else {
-        ("% FS", "% FS²", "In percent of full scale")
-    };
-    let width = (unit, share, scale);
-    let area = (&*area_unit, area_share, scale * plot.full_scale);
-    let described = [
-        (
-            "Largest width",
-            "Largest distance |falling − rising| between the two branches of the loop at equal load",
-            width,
-        ),
-        (
-            "Mean width",
-            "Mean distance |falling − rising| between the two branches of the loop, across its range of loads",
-            width,
-        ),
-        (
-            "Area",
-            "Integral of |falling − rising| along the load; in percent of the product of the full scales of output and load",
-            area,
-        ),
-        (
-            "Dissipated work",
-            "Integral of falling − rising along the load: positive if the output lags behind, negative if the output leads; parts of opposite signs cancel",
-            area,
-        ),
-    ];
-    let rows =
-        described.into_iter().enumerate().flat_map(|(at, (name, about, (unit, share, scale)))| {
-            [(at, name, unit, about, None), (at, "", share, of_what, Some(scale))]
-        });
-    Table::of(rows)
-        .column(Column::words(""), |(_, name, _, about, scale)| match scale {
-            Some(_) => Cell::words(*name),
-            None => Cell::words(*name).about(*about),
-        })
-        .column(Column::words(""), |(_, _, unit, about, _)| Cell::words(*unit).about(*about))
-        .columns(
-            &loops,
-            |(output, _)| {
-                output.map_or_else(|| Column::numbers("Gauge"), |output| Column::of(output, ""))
-            },
-            |(at, .., scale), (_, figures)| match (figures.measures[*at], scale) {
-                (value, None) => Cell::digits(Some(value), 4),
-                (value, Some(scale)) => {
-                    Cell::digits((*scale > 0.0).then(|| 100.0 * value / scale), 3)
-                }
-            },
-        )
-        .columns(
-            <&[_; 2]>::try_from(&loops[..]),
-            |_| Column::change(),
-            |(at, .., scale), both| match both.each_ref().map(|(_, figures)| figures.measures[*at]) {
-                _ if scale.is_some() => Cell::words(""),
-                [before, after] if before * after < 0.0 => {
-                    Cell::missing("–", "no change in percent, because the figures of the two loops have opposite signs")
-                }
-                [before, after] => Cell::change(before.abs(), after.abs()),
-            },
-        )
-        .table("", "")
 }
 
 /// Returns a table of the exponential that is fitted to each output's error over one dwell. A cell is a dash if the dwell has

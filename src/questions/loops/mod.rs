@@ -16,9 +16,7 @@ pub use crate::questions::dataset::applied::OutputLag;
 pub(crate) use crate::questions::dataset::applied::Part;
 pub use cross::CrossPlot;
 pub(crate) use cross::{DwellCurve, DwellPlot};
-pub(crate) use figure::{
-    FiguresOf, Inks, LoopView, drifts, figure_of_channels, lag_in_words, loop_figures,
-};
+pub(crate) use figure::{Inks, LoopView, drifts, figure_of_channels, lag_in_words};
 pub(crate) use picture::{Drawn as Strokes, LoopPlot, drawn, frame_around};
 pub use query::{Look, look};
 pub(crate) use request::DwellQuestion;

@@ -25,8 +25,6 @@ pub struct LoopPlot {
     pub reversal_threshold: f64,
     /// Full scale of the axis (N or N·m); 0 if there is none.
     pub full_scale: f64,
-    /// Output that counts as 100 %: full scale, or half the range of the gauge; 0 without a full scale.
-    pub output_scale: f64,
     pub n_samples: usize,
     /// Plotted samples of each recording, counted after decimation.
     pub parts: Vec<Part>,
@@ -48,16 +46,12 @@ pub struct LoopCurve {
     pub drawn: Drawn,
     pub mean: Result<LoopFigures, Reason>,
     pub largest: Result<LoopFigures, Reason>,
-    /// Mean rate of the load (unit of the axis / s) and mean width of each full cycle, sorted by rate.
-    pub by_rate: Vec<[f64; 2]>,
 }
 
 #[derive(Clone, Debug)]
 pub struct LoopFigures {
     /// Rising and falling branch as points `[load, output]`.
     pub branches: [Vec<[f64; 2]>; 2],
-    /// Width of the loop at each load, as points `[load, falling − rising]`.
-    pub widths: Vec<[f64; 2]>,
     /// Largest width and mean width (unit of the output), area and dissipated work (unit of the output times unit of the
     /// load).
     pub measures: [f64; 4],
@@ -70,11 +64,9 @@ impl LoopFigures {
     fn of(shape: &Loop, basis: Basis) -> Option<Self> {
         let measures = [Loop::largest_width, Loop::mean_width, Loop::area, Loop::work];
         let measures = measures.map(|measure| measure(shape));
-        let widths: Vec<f64> = shape.widths().collect();
         let is_finite = measures.iter().all(|figure| figure.is_finite());
         is_finite.then(|| Self {
             branches: [&shape.rising, &shape.falling].map(|branch| over_load(shape, branch)),
-            widths: over_load(shape, &widths),
             measures,
             basis,
         })
@@ -154,22 +146,14 @@ pub fn picture(
         curves.iter().flat_map(|curve| curve.values.iter().flatten()).collect();
     let whole = frame_around(load_range, output_range);
     let canvas = (question.frame.unwrap_or(whole), question.pixels);
-    let times = |part: usize| {
-        let Part { recording, samples } = &parts[part];
-        &source.recordings[*recording].times()[samples.clone()]
-    };
     let drawn = (curves.par_iter().zip(&cycles))
-        .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, &times, progress))
+        .map(|(curve, cycles)| curve.drawn(axis, cycles, canvas, progress))
         .collect::<Result<_, Cancelled>>()?;
     let Cycles { loops, .. } = &*first;
     Ok(LoopPlot {
         question: question.clone(),
         reversal_threshold,
         full_scale,
-        output_scale: match question.up {
-            Up::Gauge(_) => 0.5 * output_range.span(),
-            Up::Load | Up::Error => full_scale,
-        },
         n_samples: curves[0].loads.iter().map(Vec::len).sum(),
         cycles: (loops.cycles().iter())
             .map(|cycle| {
@@ -187,12 +171,11 @@ pub fn picture(
 }
 
 impl Curve {
-    fn drawn<'a>(
+    fn drawn(
         &self,
         axis: Axis,
         cycles: &Cycles,
         canvas: (Frame, [f64; 2]),
-        times: &(impl Fn(usize) -> &'a [f64] + Sync),
         progress: &Progress,
     ) -> Result<LoopCurve, Cancelled> {
         let (loads, values) = (&*self.loads, &self.values);
@@ -205,22 +188,11 @@ impl Curve {
                 .and_then(|mean| LoopFigures::of(&mean, basis))
                 .ok_or(Reason::Overflow { axis })
         };
-        let by_rate = |cycle: &Cycle| {
-            let times = times(cycle.recording);
-            let (from, to) = (cycle.first.samples.start, cycle.second.samples.end - 1);
-            let rate = (cycle.first.span() + cycle.second.span()) / (times[to] - times[from]);
-            let width = shape(cycle, loads, values).mean_width();
-            (rate.is_finite() && width.is_finite()).then_some([rate, width])
-        };
-        let mut by_rate: Vec<[f64; 2]> =
-            cycles.loops.full_cycles().iter().filter_map(by_rate).collect();
-        by_rate.sort_by(|a, b| a[0].total_cmp(&b[0]));
         Ok(LoopCurve {
             output: self.output,
             drawn: drawn(loads, values, cycles.loops.branches(), canvas, progress)?,
             mean: figures(|cycles| cycles.mean.as_deref()),
             largest: figures(|cycles| cycles.largest.as_ref().map(std::slice::from_ref)),
-            by_rate,
         })
     }
 }

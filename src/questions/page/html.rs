@@ -15,7 +15,7 @@ use crate::{
         check::{independent_loads::Sufficiency, rig_figures},
         errors::factory_note,
         expected_error::{expected_error_table, limits_table},
-        loops::{FiguresOf, Inks, LoopPlot, LoopView},
+        loops::{Inks, LoopPlot, LoopView},
     },
     recording::Role,
     report::{Align, Cell, Column, Table, figure::Figure},
@@ -116,7 +116,7 @@ fn findings(report: &ReportData) -> (Vec<String>, Vec<String>) {
 /// width, the loop without the lag follows.
 fn split_loops(report: &ReportData) -> (Option<Value>, Vec<Value>) {
     fn view(plot: &LoopPlot) -> LoopView<'_> {
-        LoopView::of_all(plot, ("", ""), FiguresOf::Mean)
+        LoopView::of_all(plot, ("", ""))
     }
     let width = |plot: &LoopPlot| {
         let widths = view(plot).found().into_iter().map(|(_, figures)| figures.mean_width());

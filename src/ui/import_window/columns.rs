@@ -12,6 +12,7 @@ use crate::{
         inspect::{ColumnReport, Question},
         map::{ColumnRole, ColumnRule, Header, TableMap},
     },
+    min_max::MinMax,
     recording::{
         Axis,
         units::{FORCE_UNITS, MOMENT_UNITS},
@@ -20,6 +21,7 @@ use crate::{
         choice::named_choice,
         controls::{Controls as _, named},
         numbers::significant,
+        small_plot::SmallPlot,
     },
 };
 
@@ -314,20 +316,13 @@ fn more(ui: &mut Ui, column: &str, used: bool, rule: &mut ColumnRule) {
 fn outline(ui: &mut Ui, values: &[f32], is_used: bool) {
     let size = egui::vec2(ui.available_width(), ROW_HEIGHT - 8.0);
     let (place, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-    ui.painter().rect_filled(place, 0.0, ui.visuals().extreme_bg_color);
-    let finite = values.iter().filter(|value| value.is_finite());
-    let (min, max) = finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(min, max), value| {
-        (min.min(*value), max.max(*value))
-    });
-    let (span, last) = ((max - min).max(f32::MIN_POSITIVE), values.len().saturating_sub(1).max(1));
-    let inside = place.shrink2(egui::vec2(2.0, 3.0));
-    let points = values.iter().enumerate().filter(|(_, value)| value.is_finite());
-    let points = points.map(|(at, value)| {
-        let (x, y) = (at as f32 / last as f32, (value - min) / span);
-        inside.lerp_inside(egui::vec2(x, 1.0 - y))
-    });
+    let values = || values.iter().map(|value| f64::from(*value));
+    let range: MinMax = values().filter(|value| value.is_finite()).collect();
+    let up = range.ends().unwrap_or_default();
+    let plot = SmallPlot::new(ui, place, (0.0, values().len() as f64), up);
     let color = if is_used { ui.visuals().text_color() } else { ui.visuals().weak_text_color() };
-    ui.painter().line(points.collect(), egui::Stroke::new(1.0, color));
+    let points = values().enumerate().map(|(at, value)| [at as f64 + 0.5, value]);
+    plot.line(points, egui::Stroke::new(1.0, color));
 }
 
 fn text_cell(

@@ -1,24 +1,17 @@
 //! Foot of the import page: the recordings that would be loaded, the problems, and the buttons.
 
-use egui::{RichText, TextEdit};
+use egui::RichText;
 
-use super::ImportFields;
 use crate::{
     engine::{ImportCommand, Importing},
     finding::Face,
     import::inspect::{Inspection, Question},
     recording::Axis,
     shown::counted,
-    ui::{command::Out, controls::Controls as _, numbers::significant, status_line::busy},
+    ui::{command::Out, controls::Controls as _, numbers::rate_in_words, status_line::busy},
 };
 
-pub fn foot(
-    ui: &mut egui::Ui,
-    importing: &Importing,
-    inspection: &Inspection,
-    fields: &mut ImportFields,
-    out: &mut Out,
-) {
+pub fn foot(ui: &mut egui::Ui, importing: &Importing, inspection: &Inspection, out: &mut Out) {
     let check = &inspection.check;
     ui.add_space(4.0);
     egui::ScrollArea::vertical().id_salt("check").max_height(96.0).show(ui, |ui| {
@@ -61,16 +54,6 @@ pub fn foot(
                 out.send(ImportCommand::CancelAll);
             }
         }
-        ui.separator();
-        let field = TextEdit::singleline(&mut fields.map_path).desired_width(160.0);
-        ui.field("Column map", field, "Path of a column map: a JSON file with the roles of the columns, for all files with the same columns");
-        let path = fields.map_path.trim().to_owned();
-        if ui.press("Write map", "Writes the column map to this file. On the command line, the option --columns reads the file") && !path.is_empty() {
-            out.send(ImportCommand::WriteMap(path.clone().into()));
-        }
-        if ui.press("Read map", "Reads the column map from this file") && !path.is_empty() {
-            out.send(ImportCommand::ReadMap(path.into()));
-        }
         if importing.is_detecting {
             busy(ui);
         }
@@ -99,13 +82,15 @@ fn allows(importing: &Importing, inspection: &Inspection) -> String {
 fn would_load(inspection: &Inspection) -> String {
     let check = &inspection.check;
     let samples: usize = check.recordings.iter().map(|recording| recording.n_samples).sum();
-    let rate = check.recordings.first().and_then(|recording| recording.rate_hz);
+    let rate = check.recordings.first().and_then(|recording| {
+        rate_in_words(recording.rate_hz, recording.n_samples, recording.duration_secs)
+    });
     let axes = Axis::symbols(&check.axes);
     format!(
         "Would load {}{}, {samples} samples{}, gauges {}, {}",
         if check.is_sample { "from the start of the file " } else { "" },
         counted(check.recordings.len(), "recording"),
-        rate.map_or_else(String::new, |rate| format!(" at {} Hz", significant(rate, 3))),
+        rate.map_or_else(String::new, |rate| format!(" at {rate}")),
         check.gauges.join(" "),
         if axes.is_empty() {
             "no reference load".to_owned()

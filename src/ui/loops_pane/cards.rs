@@ -1,7 +1,7 @@
 //! Four cards below the loop: its largest and mean width, the nonlinearity of the axis, and the time lag, each without and with
 //! compensation.
 
-use egui::{Color32, FontId, Rect, Sense, Ui, Vec2, WidgetInfo};
+use egui::{Color32, Label, Rect, RichText, Sense, Ui, Vec2, WidgetInfo};
 
 use crate::{
     engine::Engine,
@@ -10,7 +10,7 @@ use crate::{
         metrology::Quantity,
     },
     report::Trace,
-    ui::{command::Pane, numbers::significant},
+    ui::{command::Pane, controls::place_down, numbers::significant},
 };
 
 pub const HEIGHT: f32 = 64.0;
@@ -50,36 +50,30 @@ pub fn show(ui: &mut Ui, engine: &Engine, view: &LoopView<'_>) -> Rect {
 }
 
 impl Card {
-    fn draw(&self, ui: &Ui, place: Rect) {
-        let painter = ui.painter_at(place);
-        let visuals = ui.visuals();
-        painter.rect_filled(place, 4.0, visuals.faint_bg_color);
-        let small = |text: &str, color| {
-            painter.layout_no_wrap(text.to_owned(), FontId::proportional(TITLE_SIZE), color)
-        };
-        let large = |text: &str, color| {
-            painter.layout_no_wrap(text.to_owned(), FontId::proportional(VALUE_SIZE), color)
-        };
-        let title = small(self.title, visuals.weak_text_color());
-        painter.galley(place.min + Vec2::new(12.0, 8.0), title, visuals.text_color());
-        let mut at = place.min + Vec2::new(12.0, 30.0);
-        let mut draw = |galley: std::sync::Arc<egui::Galley>, gap: f32, down: f32| {
-            let width = galley.size().x;
-            painter.galley(at + Vec2::new(0.0, down), galley, visuals.text_color());
-            at.x += width + gap;
-        };
-        if self.values.is_empty() {
-            draw(large("not known", visuals.weak_text_color()), 0.0, 0.0);
-        }
-        for (nth, (value, color)) in self.values.iter().enumerate() {
-            if nth > 0 {
-                draw(large("→", visuals.weak_text_color()), 6.0, 0.0);
+    fn draw(&self, ui: &mut Ui, place: Rect) {
+        ui.painter().rect_filled(place, 4.0, ui.visuals().faint_bg_color);
+        let text = |text: &str, size: f32| RichText::new(text).size(size);
+        place_down(ui, place.shrink2(Vec2::new(12.0, 6.0)), self.title, |ui| {
+            ui.shrink_clip_rect(place);
+            ui.spacing_mut().item_spacing = Vec2::new(6.0, 0.0);
+            ui.add(Label::new(text(self.title, TITLE_SIZE).weak()).selectable(false));
+            let arrow = text("→", VALUE_SIZE).weak();
+            let unit = if self.values.is_empty() { "" } else { &self.unit };
+            let unit = text(unit, TITLE_SIZE).weak();
+            let values = self.values.iter();
+            let mut parts: Vec<RichText> =
+                values.map(|(value, color)| text(value, VALUE_SIZE).color(*color)).collect();
+            match parts.len() {
+                0 => parts.push(text("not known", VALUE_SIZE).weak()),
+                2 => parts.insert(1, arrow),
+                _ => {}
             }
-            draw(large(value, *color), 6.0, 0.0);
-        }
-        if !self.values.is_empty() {
-            draw(small(&self.unit, visuals.weak_text_color()), 0.0, 7.0);
-        }
+            ui.horizontal(|ui| {
+                for part in parts.into_iter().chain([unit]) {
+                    ui.add(Label::new(part).selectable(false));
+                }
+            });
+        });
         let response = ui.interact(place, ui.scope_id().with(self.title), Sense::hover());
         response.widget_info(|| {
             let values = self.values.iter().map(|(value, _)| &**value).collect::<Vec<_>>();

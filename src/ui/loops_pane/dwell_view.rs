@@ -11,7 +11,7 @@ use crate::{
         figure::{Figure, Line, Scale},
     },
     shown::counted,
-    ui::{command::Out, controls::Controls as _, numbers::significant, plots::Zoom, table},
+    ui::{command::Out, numbers::significant, plots::Zoom, table},
 };
 
 const LIST_HEIGHT: f32 = 170.0;
@@ -80,9 +80,7 @@ fn figures(ui: &mut Ui, picture: &DwellPlot, curve: &DwellCurve) {
         significant(place.from_secs, 5),
         significant(place.to_secs, 5)
     ));
-    let figures = drifts(picture.question.axis, curve);
-    table::show(ui, &figures);
-    ui.copies("figures", || figures.tab_separated());
+    table::show(ui, &drifts(picture.question.axis, curve));
 }
 
 fn drawing<'a>(

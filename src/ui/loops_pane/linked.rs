@@ -17,7 +17,7 @@ use crate::{
         controls::named,
         palette,
         plots::{Drawn, VALUE_AXIS_WIDTH},
-        small_plot::{range, small_plot},
+        small_plot::{over_samples, range},
         time_view::TimeView,
     },
 };
@@ -148,7 +148,7 @@ pub fn strip(ui: &mut Ui, shared: &Shared<'_>, time: &mut TimeView) -> Option<us
         Some((trace.color(ui.visuals()), &**series))
     });
     let lines: Vec<_> = lines.collect();
-    small_plot(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
+    over_samples(ui, place, range(lines.iter().map(|(_, series)| *series)), &lines);
     let missing = shared.missing();
     let name = format!("{} over time", axis.axis.label());
     let name = missing.iter().fold(name, |name, missing| format!("{name}. {missing}"));

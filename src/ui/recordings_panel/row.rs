@@ -6,10 +6,9 @@ use super::Typed;
 use crate::{
     engine::{Action, Edit, Engine},
     questions,
-    recording::{Axis, Channel, Entry, GroupPattern, Role, Tare},
+    recording::{Axis, Entry, GroupPattern, Role, Tare},
     shown::printable,
     ui::{
-        channels_pane,
         command::{Command, Out, Pane},
         context_menu::context_menu,
         controls::{Controls as _, named_selected},
@@ -154,15 +153,7 @@ pub fn name_menu(
     let recording = &engine.entries()[at].recording;
     context_menu(response, |ui| {
         let first = tare_menu(ui, at, recording.name(), out);
-        ui.menu_button("Roles of its channels", |ui| {
-            let all = Channel::all(recording);
-            for channel in all.filter(|own| channels_pane::can_change(*own, recording)) {
-                let role = channels_pane::role_of(channel, recording);
-                let label = format!("{} ({role})", channel.label(recording));
-                ui.menu_button(label, |ui| channels_pane::roles(ui, recording, channel, out));
-            }
-        });
-        let about = "Shows the channels of this recording, with their noise and drift";
+        let about = "Shows the channels of this recording with their roles, noise and drift";
         if ui.press("Show its channels", about) {
             out.send(Action::Show(questions::View::One(at)));
             out.send(Command::ShowPane(Pane::CHANNELS));

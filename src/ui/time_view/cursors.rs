@@ -1,4 +1,4 @@
-//! Two cursors in time, and the table of the values at both cursors, their differences and the statistics between the cursors.
+//! Two cursors in time, and the table of the values at both cursors, their differences and the ranges between the cursors.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,94 +14,33 @@ use crate::{
         controls::Controls as _,
         numbers::significant,
         palette::{self, Trace},
-        status_line::busy,
     },
 };
 
-/// Maximum number of values that are summed in one frame, so that no frame waits for millions of values.
-const VALUES_PER_FRAME: usize = 400_000;
-
-/// Times of the two cursors (s), and the statistics between the cursors.
+/// Times of the two cursors (s).
 #[derive(Debug, Default)]
 pub struct Cursors {
     at: [Option<f64>; 2],
-    span: Option<Span>,
     pub table: bool,
 }
 
-/// Statistics of one series, over the values that have been added so far.
-#[derive(Clone, Copy, Debug, Default)]
-struct Figures {
-    n: usize,
-    mean: f64,
-    /// Sum of squared differences from the mean (Welford 1962).
-    squares: f64,
-    min: f64,
-    max: f64,
-}
-
-impl Figures {
-    fn add(&mut self, value: f64) {
-        if !value.is_finite() {
-            return;
-        }
-        if self.n == 0 {
-            (self.min, self.max) = (value, value);
-        }
-        self.n += 1;
-        let difference = value - self.mean;
-        self.mean += difference / self.n as f64;
-        self.squares += difference * (value - self.mean);
-        self.min = self.min.min(value);
-        self.max = self.max.max(value);
-    }
-
-    fn deviation(&self) -> f64 {
-        (self.squares / self.n.max(1) as f64).sqrt()
-    }
-}
-
-#[derive(Clone, Debug)]
-struct Row {
+struct Row<'a> {
     name: String,
     unit: &'static str,
-    series: Arc<Series>,
-    figures: Figures,
+    series: &'a Series,
 }
 
-#[derive(Debug)]
-struct Span {
-    samples: Range<usize>,
-    next: usize,
-    rows: Vec<Row>,
-}
-
-impl Span {
-    /// Adds the next values to the statistics. Returns true once all values between the cursors are added.
-    fn go_on(&mut self) -> bool {
-        let n = (VALUES_PER_FRAME / self.rows.len().max(1)).max(1);
-        let end = (self.next + n).min(self.samples.end);
-        for row in &mut self.rows {
-            let Row { series, figures, .. } = row;
-            series.each(self.next..end, |value| figures.add(value));
-        }
-        self.next = end;
-        end == self.samples.end
-    }
-}
-
-fn rows(axis: &AxisTraces) -> Vec<Row> {
+fn rows<'a>(axis: &'a AxisTraces) -> impl Iterator<Item = Row<'a>> {
     let loads = Trace::LISTED.map(|trace| (trace.label().to_owned(), axis.load(trace)));
     let errors = Trace::LISTED.map(|trace| (format!("{} error", trace.label()), axis.error(trace)));
-    let row = |(label, series): (String, Option<&Arc<Series>>)| {
+    let row = move |(label, series): (String, Option<&'a Arc<Series>>)| {
         Some(Row {
             name: format!("{} {label}", axis.axis.symbol()),
             unit: axis.axis.unit(),
-            series: Arc::clone(series?),
-            figures: Figures::default(),
+            series: series?,
         })
     };
-    loads.into_iter().chain(errors).filter_map(row).collect()
+    loads.into_iter().chain(errors).filter_map(row)
 }
 
 impl Cursors {
@@ -142,20 +81,7 @@ impl Cursors {
         };
         let samples = a.min(b.unwrap_or(a))..a.max(b.unwrap_or(a)) + 1;
         let shown = traces.axes.iter().filter(|axis| axes.contains(&axis.axis));
-        let rows: Vec<Row> = shown.flat_map(rows).collect();
-        let is_of_these = |span: &Span| {
-            let series =
-                |rows: &[Row]| rows.iter().map(|row| Arc::as_ptr(&row.series)).collect::<Vec<_>>();
-            span.samples == samples && series(&span.rows) == series(&rows)
-        };
-        let span = match self.span.take().filter(is_of_these) {
-            Some(known) => self.span.insert(known),
-            None => self.span.insert(Span { next: samples.start, samples, rows }),
-        };
-        let complete = span.go_on();
-        if !complete {
-            ui.ctx().request_repaint();
-        }
+        let rows: Vec<Row<'_>> = shown.flat_map(rows).collect();
         let mut open = true;
         egui::Window::new("Cursors")
             .open(&mut open)
@@ -163,26 +89,23 @@ impl Cursors {
             // If there is room, the table is beside the plots.
             .default_pos(ui.ctx().content_rect().left_bottom() + egui::vec2(8.0, -330.0))
             .show(ui.ctx(), |ui| {
-                let figures = table(span, a, b);
+                let n_samples = samples.len();
+                let figures = table(&rows, (a, b), samples);
                 let time = |k: usize| traces.when(k, 7);
                 ui.horizontal_wrapped(|ui| {
                     ui.label(match b {
                         Some(b) if traces.is_static => {
-                            format!("A {}, B {}, {} rows", time(a), time(b), span.samples.len())
+                            format!("A {}, B {}, {n_samples} rows", time(a), time(b))
                         }
                         Some(b) => format!(
-                            "A {}, B {}, Δt {} s, {} samples",
+                            "A {}, B {}, Δt {} s, {n_samples} samples",
                             time(a),
                             time(b),
                             significant(traces.times[b] - traces.times[a], 6),
-                            span.samples.len()
                         ),
                         None => format!("A {}; Shift+click sets cursor B", time(a)),
                     });
                     ui.copies("table", || figures.tab_separated());
-                    if !complete {
-                        busy(ui);
-                    }
                 });
                 ui.separator();
                 ui.scrolled(|ui| crate::ui::table::show(ui, &figures));
@@ -191,66 +114,21 @@ impl Cursors {
     }
 }
 
-/// Returns the table of the values at A and B, their differences and the statistics. Without cursor B, only the values at A are
-/// filled in.
-fn table(span: &Span, a: usize, b: Option<usize>) -> Table {
+/// Returns the table of the values at A and B, their differences and the ranges between them. Without cursor B, only the values
+/// at A are filled in.
+fn table(rows: &[Row<'_>], (a, b): (usize, Option<usize>), samples: Range<usize>) -> Table {
     let number = |number: Option<f64>| {
         number.map_or_else(|| Cell::words(""), |number| Cell::digits(Some(number), 4))
     };
-    let at_b = |row: &Row| b.map(|b| row.series.value(b));
-    type OfSpan = fn(&Figures) -> f64;
-    let of_span: [(&str, OfSpan); 4] = [
-        ("mean", |figures| figures.mean),
-        ("SD", |figures| figures.deviation()),
-        ("min", |figures| figures.min),
-        ("max", |figures| figures.max),
-    ];
-    Table::of(&span.rows)
+    let at_b = |row: &Row<'_>| b.map(|b| row.series.value(b));
+    let range = |row: &Row<'_>| b.and_then(|_| row.series.min_max(samples.clone()));
+    Table::of(rows)
         .words("", |row| &row.name)
         .words("unit", |row| row.unit)
         .column(Column::numbers("A"), |row| number(Some(row.series.value(a))))
         .column(Column::numbers("B"), |row| number(at_b(row)))
         .column(Column::numbers("Δ"), |row| number(at_b(row).map(|b| b - row.series.value(a))))
-        .columns(
-            of_span,
-            |(name, _)| Column::numbers(*name),
-            |row, (_, of)| number(b.map(|_| of(&row.figures))),
-        )
+        .column(Column::numbers("min"), |row| number(range(row).map(|(min, _)| min)))
+        .column(Column::numbers("max"), |row| number(range(row).map(|(_, max)| max)))
         .table("", "")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Values 1, 2, 4, 9: mean 4, squared differences 9 + 4 + 0 + 25, variance 38/4.
-    #[test]
-    fn figures_are_those_of_the_finite_values() {
-        let mut figures = Figures::default();
-        for value in [1.0, 2.0, f64::NAN, 4.0, 9.0] {
-            figures.add(value);
-        }
-        assert_eq!((figures.n, figures.min, figures.max), (4, 1.0, 9.0));
-        assert!((figures.mean - 4.0).abs() < 1e-12);
-        assert!((figures.deviation() - 9.5_f64.sqrt()).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_long_span_is_added_up_over_several_frames() {
-        let values: Arc<[f64]> = (0..1_000_000).map(|k| f64::from(k % 10)).collect();
-        let row = Row {
-            name: "Fx".to_owned(),
-            unit: "N",
-            series: Arc::new(Series::new(values)),
-            figures: Figures::default(),
-        };
-        let mut span = Span { samples: 0..1_000_000, next: 0, rows: vec![row] };
-        let mut frames = 1;
-        while !span.go_on() {
-            frames += 1;
-        }
-        assert_eq!(frames, 3);
-        assert_eq!(span.rows[0].figures.n, 1_000_000);
-        assert!((span.rows[0].figures.mean - 4.5).abs() < 1e-9);
-    }
 }

@@ -1,14 +1,11 @@
-//! Plays through the recording on screen at a selectable speed.
+//! Plays through the recording on screen.
 
-use crate::{
-    questions::TraceSet,
-    ui::{choice::choice, controls::Controls as _},
-};
+use crate::{questions::TraceSet, ui::controls::Controls as _};
 
-/// Selectable speeds: seconds of the recording per second.
-const SPEEDS: [f64; 6] = [0.2, 1.0, 2.0, 5.0, 20.0, 100.0];
+/// Longest time (s) in which the visible time is played. A longer visible time is played faster than it was recorded.
+const LONGEST_SECS: f64 = 30.0;
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Playing {
     /// Time on the time axis (s); `None` before playing started.
     time: Option<f64>,
@@ -16,13 +13,6 @@ pub struct Playing {
     /// True if a key moved the playing position after the last move of the pointer. Then the other panes show the sample at
     /// the playing position.
     pub stepped: bool,
-    speed: f64,
-}
-
-impl Default for Playing {
-    fn default() -> Self {
-        Self { time: None, running: false, stepped: false, speed: 1.0 }
-    }
 }
 
 impl Playing {
@@ -42,19 +32,20 @@ impl Playing {
         ) {
             self.running = !self.running;
         }
-        let about = "Playing speed: seconds of the recording per second";
-        let button = egui::ComboBox::from_id_salt("speed").width(48.0);
-        choice(ui, button, &mut self.speed, SPEEDS, |speed| (format!("{speed}×"), about))
-            .on_hover_text(about);
     }
 
-    /// Advances the playing position by `passed` seconds of clock time. Returns the index and the time (s) of the sample at the
-    /// position.
-    pub fn go_on(&mut self, passed: f64, from: f64, traces: &TraceSet) -> Option<(usize, f64)> {
+    /// Advances the playing position by `passed` seconds of clock time; `visible` is the length of the visible time (s). Returns
+    /// the index and the time (s) of the sample at the position.
+    pub fn go_on(
+        &mut self,
+        (passed, visible): (f64, f64),
+        from: f64,
+        traces: &TraceSet,
+    ) -> Option<(usize, f64)> {
         let last = *traces.times.last()?;
         if self.running {
             let time = match self.time {
-                Some(time) if time < last => time + passed * self.speed,
+                Some(time) if time < last => time + passed * (visible / LONGEST_SECS).max(1.0),
                 _ => from,
             };
             self.running = time < last;
