@@ -308,12 +308,12 @@ fn cut(
 
 /// Returns the index of the column of each channel: gauges, loads, auxiliary channels, channels that are only shown.
 fn columns(plan: &Plan) -> Vec<usize> {
-    let places = plan.uses.iter().enumerate().filter_map(|(at, usage)| {
-        let place = match usage {
-            Use::Gauge { .. } => (0, at),
-            Use::Load { slot, .. } => (1, *slot),
-            Use::Auxiliary { .. } => (2, at),
-            Use::Channel { .. } => (3, at),
+    let places = plan.columns.iter().enumerate().filter_map(|(at, column)| {
+        let place = match column.is {
+            ColumnRole::Gauge => (0, at),
+            ColumnRole::Load(_) => (1, column.slot),
+            ColumnRole::Auxiliary => (2, at),
+            ColumnRole::Channel => (3, at),
             _ => return None,
         };
         Some((place, at))
