@@ -521,7 +521,7 @@ mod tests {
         assert_eq!(first(&rows(&|_| "0,".to_owned())), None, "a status");
         assert_eq!(first(&rows(&|k| format!("{k},"))), None, "a counter");
         let of_gauges = Some(vec![1.0, 2.0, 4.0]);
-        assert_eq!(first(&rows(&|k| format!("{},", 12 * k + k % 2))), of_gauges, "ms");
+        assert_eq!(first(&rows(&|k| format!("{},", 25 * k / 2))), of_gauges, "ms");
         let now = |k: u32| format!("{},", 1.7e9 + 0.01 * f64::from(k) + 0.002 * f64::from(k % 2));
         assert_eq!(first(&rows(&now)), of_gauges, "seconds since 1970 with jitter");
         let fast = LiveSource { step_secs: Some(0.001), ..source };
