@@ -99,8 +99,8 @@ fn a_channel_without_a_use_is_crossed_beside_a_calibration() {
     show(&mut drop.window, "channels");
     click(&mut drop.window, Role::ComboBox, "across");
     // The list of the choice comes before the list of the channels.
-    let mut items = drop.window.get_all_by_role_and_label(Role::Button, "Fz [N]");
-    items.next().expect("the list is open").click();
+    let item = drop.window.get_all_by_role_and_label(Role::Button, "Fz [N]").next();
+    item.expect("the list is open").click();
     settle(&mut drop.window);
     drop.window.get_by_role_and_label(Role::Button, "Displacement [mm]").click();
     settle(&mut drop.window);
