@@ -8,6 +8,10 @@ use crate::features::{
     source::{Rows, Source},
 };
 
+/// Most by which a share of the fade, or the weight of a play operator, rises from one sample to the next. So a load has no jump
+/// where a gauge travels far between two samples.
+pub(crate) const MOST_RISE: f64 = 0.03;
+
 /// Feature block: one kind of regression columns that are added to the present gauges. Its [`Setting`] is a list of values,
 /// such as time constants.
 ///

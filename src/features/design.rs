@@ -8,7 +8,7 @@ use std::ops::Range;
 use crate::{
     dot::dot,
     features::{
-        block::{Appends, Block, Inputs, Stream},
+        block::{Appends, Block, Inputs, MOST_RISE, Stream},
         column::{Column, ColumnKind, History},
         gauge_scale::GaugeScale,
         look_back::Thresholds,
@@ -358,10 +358,6 @@ fn next<'r>(row: &mut &'r mut [f64], n: usize) -> &'r mut [f64] {
     *row = rest;
     next
 }
-
-/// Most by which a share of the fade, or the weight of a play operator, rises from one sample to the next. So a load has no jump
-/// where a gauge travels far between two samples.
-pub(crate) const MOST_RISE: f64 = 0.03;
 
 /// Returns the share of the difference between compensated and conventional load that counts if this much of the states is
 /// unknown, in units of the fade. `before` is the share of the sample before; 1 at the first sample.

@@ -22,14 +22,14 @@ mod setting;
 mod settings;
 mod source;
 
-pub(crate) use block::{Appends, Block, Lists, STORED_SAMPLES, Search};
+pub(crate) use block::{Appends, Block, Lists, MOST_RISE, STORED_SAMPLES, Search};
 pub(crate) use blocks::BLOCKS;
 pub use blocks::{Auxiliary, Creep, FixedLag, Play, Polynomial};
 pub(crate) use channel::{AuxiliaryChannel, named};
 pub use column::Column;
 pub(crate) use column::ColumnKind;
 pub use design::Design;
-pub(crate) use design::{FeatureStream, MOST_RISE, next_share};
+pub(crate) use design::{FeatureStream, next_share};
 pub(crate) use gauge_scale::GaugeScale;
 pub(crate) use look_back::{Distance, F_TH, HISTORY_RATE, LiveLookBack, T_TH};
 pub use look_back::{LoadPath, Thresholds};

@@ -336,7 +336,7 @@ impl<'a> Proposal<'a> {
         // A clock moves. Of several, an even one is that of the samples, and a time of day with uneven steps that of the disk.
         let may_be_clock = |index: &usize| {
             let own = &self.columns[*index];
-            own.content != Content::Numbers || own.moves()
+            own.content != Content::Numbers || own.moves() || own.named.is_of_stamp()
         };
         if times.iter().any(may_be_clock) {
             times.retain(may_be_clock);

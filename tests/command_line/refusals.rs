@@ -52,7 +52,7 @@ fn files_that_are_no_recordings_are_named() {
             ("--train empty.csv", &["empty.csv", "empty"]),
             ("--train text.csv", &["text.csv, line 1", "no table of numbers"]),
             ("--train binary.csv", &["binary.csv", "not text but binary data"]),
-            ("--train no_gauge.csv", &["no_gauge.csv", "no gauge", "--columns"]),
+            ("--train no_gauge.csv", &["no_gauge.csv", "no gauge", "no other column"]),
             ("--train no_reference.csv", &["no_reference.csv", "no reference"]),
             ("--train a.csv no_reference.csv", &["no_reference.csv"]),
             ("--train a.csv --test no_reference.csv", &["no_reference.csv"]),

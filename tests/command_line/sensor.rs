@@ -44,7 +44,16 @@ fn every_export_contains_the_identity_of_the_sensor() {
 fn best_and_sweep_obey_the_sensor_file() {
     let workshop = Workshop::with_recordings();
     workshop.write("sensor.toml", SENSOR);
-    let best = ["best", "--sensor", "sensor.toml", "--minutes", "0.02", "--export", "best.json"];
+    let best = [
+        "best",
+        "--sensor",
+        "sensor.toml",
+        "--minutes",
+        "0.02",
+        "--force",
+        "--export",
+        "best.json",
+    ];
     succeed(workshop.path(), &[&best[..], &ALL_FILES].concat());
     let best = json(&workshop.read("best.json"));
     assert_eq!(best["identity"]["serial"], "4711");

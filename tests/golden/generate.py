@@ -160,13 +160,15 @@ def left_out_folds(lengths):
 
 def left_out(designs, targets, cold=None):
     """Returns the errors of every training sample, predicted by a fit without the fold of the sample. `cold(samples)` returns the rows of
-    samples as after a cold start: earlier samples are unknown."""
+    samples as after a cold start: earlier samples are unknown. All fits and errors use these rows."""
     design, target = np.vstack(designs), np.vstack(targets)
     errors = np.empty_like(target)
-    for fold in left_out_folds([len(one) for one in designs]):
+    folds = left_out_folds([len(one) for one in designs])
+    if cold:
+        design = np.vstack([cold(fold) for fold in folds])
+    for fold in folds:
         rest = np.setdiff1d(np.arange(len(design)), fold)
-        rows = cold(fold) if cold else design[fold]
-        errors[fold] = rows @ least_squares(design[rest], target[rest]) - target[fold]
+        errors[fold] = design[fold] @ least_squares(design[rest], target[rest]) - target[fold]
     return errors
 
 

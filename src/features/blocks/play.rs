@@ -7,8 +7,7 @@
 //! travel of r to 1 from 2 r on, by at most [`MOST_RISE`] from one sample to the next. So the column has no jump.
 
 use crate::features::{
-    block::{Appends, Block, Inputs, Lists, Search, Stream},
-    design::MOST_RISE,
+    block::{Appends, Block, Inputs, Lists, MOST_RISE, Search, Stream},
     gauge_scale::GaugeScale,
     setting::{Range, Setting, Unit},
     source::{Constant, Memory, Numbers, Precision, Rows, Source},
