@@ -55,7 +55,7 @@ pub const STRAINS: &str =
 pub const STRAIN_UNITS: &str = "% - 1 mm/mm m/m in/in";
 /// Units of quantities that are neither a load nor the signal of a gauge, in lower case. Ratios such as `mm/s` count too.
 pub const OTHER_UNITS: &str = "\
-    mm cm m um µm μm nm km in inch deg ° rad % - mpa kpa pa gpa bar mbar psi °c degc ℃ °f hz rpm w kw db dbm byte bytes";
+    mm cm m um µm μm nm km in inch deg degree degrees ° rad % - mpa kpa pa gpa bar mbar psi °c degc ℃ °f hz rpm w kw db dbm byte bytes";
 /// Words for auxiliary channels in column names, in lower case: temperature, humidity, supply voltage.
 pub const AUXILIARIES: &str = "\
     temperature temp temperatur température temperatura 温度 celsius kelvin degc humidity rh feuchte luftfeuchte \

@@ -130,14 +130,14 @@ pub fn locate(head: &[u8], layout: &TextLayout) -> Option<Head> {
         {
             (start.n_lines, start.n_bytes) = (line.number, line.end);
         }
-        // The header may name the first columns only.
+        // The header may name the first columns only. One value too many is an extra cell.
         let filled = |line: &&Line| {
             let cells: Vec<&[u8]> = Cells::new(line.text, delimiter).collect();
             cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1)
         };
         let width = most_frequent(&rows.by_ref().map(|line| filled(&line)).collect::<Vec<_>>());
-        start.n_columns = start.n_columns.max(width);
-        if width > start.names.len() {
+        if start.names.len() > 2 && width > start.names.len() + 1 {
+            start.n_columns = width;
             start.names.resize(width, String::new());
         }
     } else {
