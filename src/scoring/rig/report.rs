@@ -144,7 +144,8 @@ fn are_sorted_by_load(training: &[&Recording]) -> bool {
 impl Contradiction {
     fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
         let value = self.value;
-        let is_load = matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
+        let is_only_gauge = matches!(self.cause, Cause::Gauge(_)) && gauges.len() == 1;
+        let is_load = is_only_gauge || matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
         let near = |factor: f64| (value / factor - 1.0).abs() < NEAR;
         let unit = UNITS.iter().find(|(own, _)| is_load && (near(*own) || near(1.0 / own)));
         let times = if (-1.25..-0.8).contains(&value) {
