@@ -145,7 +145,7 @@ impl<'a> Cells<'a> {
     pub fn new(line: &'a [u8], delimiter: Delimiter) -> Self {
         // Some loggers write the NUL at the end of their texts.
         let line = match line {
-            [number @ .., 0] if number.last().is_some_and(u8::is_ascii_digit) => number,
+            [number @ .., 0] if number.last().is_some_and(u8::is_ascii_alphanumeric) => number,
             _ => line,
         };
         let is_by_whitespace = delimiter == Delimiter::Spaces;
