@@ -20,6 +20,9 @@ const LEAST_STEP_SECS: f64 = 1e-6;
 const TIME: [&str; 1] = ["time"];
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
 
+/// Place of a number in the text of a line.
+pub const NUMBER: char = '\0';
+
 /// Source of live rows, with the gauges and auxiliary channels that it must supply: those of the calibration, in the
 /// calibration's order.
 #[derive(Clone, Copy, Debug)]
@@ -101,13 +104,14 @@ impl RowForm {
         matches!(self, Self::Numbers | Self::TimedNumbers)
     }
 
-    /// Returns the form that a line has as a row with one of these channels. `None` for any other line.
-    pub(crate) fn of(row: &str, mut is_channel: impl FnMut(&str) -> bool) -> Option<Self> {
+    /// Returns the form that a line has as a row with these gauges. `None` for any other line.
+    pub(crate) fn of(row: &str, gauges: &[String]) -> Option<Self> {
         if row.trim_start().starts_with('{') {
             return Some(Self::Json);
         }
         if let Some(pairs) = pairs(row) {
-            return pairs.iter().any(|(name, _)| is_channel(name)).then_some(Self::Pairs);
+            let is_there = |gauge: &String| pairs.iter().any(|(name, _)| name == gauge);
+            return gauges.iter().all(is_there).then_some(Self::Pairs);
         }
         numbers(row).map(|_| Self::Numbers)
     }
@@ -146,6 +150,41 @@ pub fn cells(line: &str, delimiter: Delimiter) -> impl Iterator<Item = &[u8]> {
 pub fn numbers(line: &str) -> Option<Vec<f64>> {
     let layout = TextLayout { delimiter: delimiter(line)?, ..TextLayout::default() };
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
+}
+
+/// Returns the numbers of a line, whatever stands between them, and the other text of the line, with [`NUMBER`] in the place
+/// of each. Digits in a word (`a0`, `0x13`, `12:00`) or in front of `:` or `=`, and a number behind a separate minus, are
+/// text.
+pub fn numbers_in(line: &str) -> (Vec<&str>, String) {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let is_end = |c: char| c.is_ascii() && !c.is_alphanumeric() && !"+-.:=_/'^".contains(c);
+    let (mut numbers, mut text) = (Vec::new(), String::new());
+    for word in line.split_inclusive(is_end) {
+        let (label, value) = word.split_at(word.rfind([':', '=']).map_or(0, |at| at + 1));
+        let (number, unit) = value.split_at(number_length(value));
+        let is_text = number.is_empty()
+            || label.starts_with(is_digit)
+            || unit.contains(is_digit)
+            || text.trim_end().ends_with(['-', '−', '–']);
+        text.push_str(label);
+        if is_text {
+            text.push_str(value);
+        } else {
+            numbers.push(number);
+            text.push(NUMBER);
+            text.push_str(unit);
+        }
+    }
+    (numbers, text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// Returns the length (bytes) of the number with which a text begins; 0 if it begins with none.
+fn number_length(text: &str) -> usize {
+    /// Maximum length of a number.
+    const LONGEST: usize = 40;
+    let ends_number =
+        |n: &usize| text.as_bytes()[n - 1].is_ascii_digit() && text[..*n].parse::<f64>().is_ok();
+    (1..=text.len().min(LONGEST)).rev().find(ends_number).unwrap_or(0)
 }
 
 /// Returns the value of a pair without its unit.

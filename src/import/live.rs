@@ -12,7 +12,7 @@ use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{RowClock, cells, pairs_as_json, without_stamp},
+    device_rows::{RowClock, cells, numbers_in, pairs_as_json, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side},
@@ -101,6 +101,8 @@ pub struct LiveTable {
     times_from: Option<String>,
     /// True if rows of plain numbers may have further cells, which are ignored.
     may_have_more: bool,
+    /// Text between the numbers of each row, if it is more than a delimiter.
+    text: Option<String>,
     /// Moment from which times of arrival are counted.
     start: Instant,
     /// Names in the header; `None` without one.
@@ -263,6 +265,7 @@ impl LiveTable {
             clock: RowClock::new(source.rate_hz),
             times_from: None,
             may_have_more: source.form.is_some(),
+            text: None,
             start: Instant::now(),
             header: None,
             n_above: head.n_lines as usize,
@@ -281,7 +284,12 @@ impl LiveTable {
             Some(_) if !self.plan.is_static => (None, line),
             _ => without_stamp(line),
         };
-        if let Some(why) = self.misfit(row) {
+        let (numbers, text) = self.text.as_ref().map(|_| numbers_in(row)).unzip();
+        let numbers = numbers.map(|numbers| numbers.join(","));
+        let row = numbers.as_deref().unwrap_or(row);
+        let other = (text != self.text)
+            .then(|| "the text between its numbers differs from that of the first rows".to_owned());
+        if let Some(why) = other.or_else(|| self.misfit(row)) {
             let time = self.plan.is_static.then(|| self.clock.time(stamp, secs, false));
             return Err(Rejected { time, why });
         }

@@ -371,6 +371,96 @@ fn rows_with_a_number_too_many_are_asked_about() {
     }
 }
 
+/// The numbers of a row count whatever stands between them, with and without a given form. A line that might be read one
+/// column off is asked about, and so are rows of several lines.
+#[test]
+fn numbers_are_found_between_any_text() {
+    let workshop = Workshop::with_recordings();
+    calibrate(&workshop, &[]);
+    let print = |row: &dyn Fn(u32, f64, f64) -> String| -> String {
+        let values = (0..50).map(|k| (k, 40.0 - 0.7 * f64::from(k * k % 9), f64::from(k * k % 7)));
+        values.map(|(k, a, b)| row(k, a, b - 3.0)).collect()
+    };
+    let apply = |rows: &[&str], text: &str| {
+        let arguments = [&["apply", "c.json", "-", "--rate", "10"], rows].concat();
+        rejected(&workshop, &arguments, text)
+    };
+    let loads = |answer: &(i32, String, String)| -> Vec<String> {
+        assert_eq!(answer.0, 0, "{}", answer.2);
+        let rows = answer.1.lines().skip(1);
+        rows.map(|row| row.split_once(',').unwrap().1.to_owned()).collect()
+    };
+    let expected = loads(&apply(&[], &print(&|_, a, b| format!("{a},{b}\n"))));
+    assert_eq!(expected.len(), 50);
+    let (numbers, names) = (&["--rows", "numbers"][..], &["--rows", "S1,S2"][..]);
+    let log = print(&|k, _, _| format!("[  {k}.1] I (wifi): state: init, rssi: -{k}\n"));
+    for (name, text) in [
+        ("Robotiq", print(&|_, a, b| format!("( {a} , {b} )\n"))),
+        ("brackets", print(&|_, a, b| format!("[{a} {b}]\n"))),
+        ("lists", print(&|_, a, b| format!("[[{a}, {b}]]\n"))),
+        ("angles", print(&|_, a, b| format!("<{a}|{b:e}>\n"))),
+        ("names", print(&|_, a, b| format!("S1={a} S2={b}\n"))),
+        ("units", print(&|_, a, b| format!("{a:7.3} mV/V, {b:7.3}mV/V\r\n"))),
+        ("label", print(&|_, a, b| format!("Reading: {a} {b}\n"))),
+        ("labels", print(&|_, a, b| format!("a0={a} a1={b}\n"))),
+        ("carriage returns", print(&|_, a, b| format!("a0={a} a1={b}\r"))),
+        (
+            "an arrow",
+            print(&|k, a, b| format!("12:00:{:04.1} -> x: {a}, y: {b}\n", 0.1 * f64::from(k))),
+        ),
+    ] {
+        for rows in [&[][..], numbers, names] {
+            assert_eq!(loads(&apply(rows, &text)), expected, "{name} {rows:?}");
+        }
+        let found = loads(&apply(&[], &[&*log, &text].concat()));
+        assert_eq!(found[found.len() - 50..], expected, "{name} after a log");
+        assert!(found[..found.len() - 50].iter().all(|row| row.ends_with(",rejected: value")));
+    }
+    // A clock is found among the numbers. A counter is none.
+    let timed = print(&|k, a, b| format!("t={} a={a} b={b}\n", 100 * k));
+    assert_eq!(loads(&apply(&[], &timed)), expected);
+    assert_eq!(loads(&apply(&["--rows", "timed-numbers"], &timed)), expected);
+    let counted = print(&|k, a, b| format!("n {} v {a} {b}\n", k + 7));
+    assert_eq!(loads(&apply(&["--rows", "x,S1,S2"], &counted)), expected);
+    let turned = print(&|_, a, b| format!("7 S2={b} S1={a}\n"));
+    assert_eq!(loads(&apply(&["--rows", "x,S2,S1"], &turned)), expected);
+
+    let pairs = |a: &str, b: &str| print(&|_, x, y| format!("{a}{x}\n{b}{y}\n"));
+    for (name, text) in [
+        ("a counter", counted),
+        ("names in another order", turned),
+        ("candump", print(&|_, _, _| "can0  123   [8]  11 22 33 44 55 66 77 88\n".to_owned())),
+        ("short candump", print(&|_, _, _| "can0  123   [1]  11\n".to_owned())),
+        ("a time of day", print(&|k, a, b| format!("12:00:{k:02} {a} {b}mV\n"))),
+        ("a separate sign", print(&|_, a, b| format!("S = - {a}, - {b}\n"))),
+        ("one pair in a line", pairs("S1: ", "S2: ")),
+        ("one label in a line", pairs("a0: ", "a1: ")),
+        ("Teleplot", pairs(">S1:", ">S2:")),
+        ("a log", log),
+        ("few rows", "a0=1 a1=2\n".repeat(9)),
+    ] {
+        for rows in [&[][..], numbers, names] {
+            let (code, answered, message) = apply(rows, &text);
+            assert_eq!((code, &*answered), (1, ""), "{name} {rows:?}");
+            assert!(message.contains("--rows") && message.contains("S1, S2"), "{name} {message}");
+        }
+    }
+    for fields in [pairs("data:\n- ", "- "), pairs("x: ", "y: "), pairs("S1: ", "S2: ")] {
+        let echo = fields.lines().map(|line| format!("{line}\n---\n")).collect::<String>();
+        for rows in [&[][..], numbers, names] {
+            let (code, answered, message) = apply(rows, &echo);
+            assert_eq!((code, &*answered), (1, ""), "{echo}");
+            assert!(message.contains("--csv"), "{message}");
+        }
+    }
+    let labels = print(&|_, a, b| format!("a0={a} a1={b}\n"));
+    let others = "a1=1 a0=2\na0=1 a1=2 a2=3\na0=1 a1=nan\n1,2\n";
+    let answered = loads(&apply(&[], &[&*labels, others].concat()));
+    assert_eq!(answered[..50], expected);
+    assert!(answered[50..].iter().all(|row| row.ends_with(",rejected: value")), "{answered:?}");
+    assert_eq!(answered.len(), 54);
+}
+
 /// A header names the columns in any order, also after a long log. Without a header but with a given form, the log is
 /// rejected.
 #[test]

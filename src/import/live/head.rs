@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use super::{
     super::device_rows::{
-        cells, delimiter, numbers, pairs_as_json, table_of_numbers, times_of_numbers, without_stamp,
+        NUMBER, cells, delimiter, numbers, numbers_in, pairs_as_json, table_of_numbers,
+        times_of_numbers, without_stamp,
     },
     LiveSource, LiveTable, RowForm,
 };
@@ -54,6 +55,8 @@ pub struct LiveHead {
     header: Option<TableHeader>,
     /// Lines that may be rows, with their form.
     rows: Vec<(RowForm, Arrived)>,
+    /// The newest successive lines with the same text between their numbers, and this text. Each line is that of its numbers.
+    alike: (Vec<(RowForm, Arrived)>, String),
 }
 
 /// Header of a table, and the line with the units below it.
@@ -133,6 +136,7 @@ impl Default for LiveHead {
             n_lines: 0,
             header: None,
             rows: Vec::new(),
+            alike: (Vec::new(), String::new()),
         }
     }
 }
@@ -184,22 +188,56 @@ impl LiveHead {
             return Ok(None);
         }
         let form = self.form_of(row, source);
+        let has_header = self.header.as_ref().is_some_and(|header| header.has_gauges);
+        let is_text = form.is_none() && (source.form.is_some() || !has_header);
+        let row = is_text.then(|| row_of_text(&line, source)).flatten();
         let mut arrived = self.arrived(line, false);
+        let row = row.map(|(line, text)| (Arrived { line, ..arrived.clone() }, text));
         match form {
             Some(form) => self.rows.push((form, arrived.clone())),
+            None if row.is_some() => {}
             None => arrived.line.truncate(arrived.line.floor_char_boundary(KEPT_BYTES)),
         }
         self.kept.push_back(arrived);
-        let table = form.map_or(Ok(None), |form| self.table(form, source, false))?;
-        if table.is_some() || self.n_lines < MAX_HEAD_LINES {
-            return Ok(table);
-        }
-        if source.form.is_none() {
+        let table = match form {
+            Some(form) => self.table(form, source, false),
+            None => self.table_of_text(row, source),
+        }?;
+        let is_full = self.n_lines >= MAX_HEAD_LINES;
+        let is_unclear = is_full || self.n_messages() >= ROWS_FOR_A_FORM;
+        if table.is_none() && source.form.is_none() && is_unclear {
             return self.end(source).map(Some);
+        }
+        if table.is_some() || !is_full {
+            return Ok(table);
         }
         let oldest = self.kept.iter().position(|arrived| !arrived.is_command);
         oldest.map(|at| self.kept.remove(at));
         Ok(None)
+    }
+
+    /// Finds the columns in lines with other text between their numbers. Enough successive lines must have the same text.
+    fn table_of_text(
+        &mut self,
+        row: Option<(Arrived, String)>,
+        source: LiveSource<'_>,
+    ) -> Result<Option<LiveTable>, ReadError> {
+        let form = source.form.unwrap_or(RowForm::Numbers);
+        let (rows, text) = &mut self.alike;
+        let (arrived, of_row) = row.unzip();
+        if of_row.as_ref() != Some(text) {
+            rows.clear();
+            *text = of_row.unwrap_or_default();
+        }
+        rows.extend(arrived.map(|arrived| (form, arrived)));
+        if !(ROWS_FOR_A_FORM..ROWS_FOR_AN_ERROR).contains(&rows.len()) {
+            return Ok(None);
+        }
+        let text = Some(text.clone());
+        std::mem::swap(&mut self.rows, &mut self.alike.0);
+        let table = self.table(form, source, false);
+        std::mem::swap(&mut self.rows, &mut self.alike.0);
+        Ok(table?.map(|table| LiveTable { text, ..table }))
     }
 
     /// Returns the form of a row from which the columns can be found; `None` if a line is no such row.
@@ -211,7 +249,7 @@ impl LiveHead {
         if is_row || source.whole_map().is_some() && source.form.is_none() {
             return Some(Table);
         }
-        let form = RowForm::of(row, |name| source.channels().any(|own| own == name))?;
+        let form = RowForm::of(row, source.gauges)?;
         let n_numbers = numbers(row).map_or(0, |numbers| numbers.len());
         let n_channels = source.n_channels();
         match source.form {
@@ -224,16 +262,32 @@ impl LiveHead {
         }
     }
 
+    /// Returns the number of lines that end a message of `ros2 topic echo`.
+    fn n_messages(&self) -> usize {
+        self.kept.iter().filter(|arrived| arrived.line.trim_end() == "---").count()
+    }
+
     /// Returns the table after the source has ended.
     pub fn end(&mut self, source: LiveSource<'_>) -> Result<LiveTable, ReadError> {
         let count = |form| self.rows.iter().filter(|(own, _)| *own == form).count();
         let form = self.rows.iter().map(|(form, _)| *form).max_by_key(|form| count(*form));
         let table = form.map_or(Ok(None), |form| self.table(form, source, true))?;
         let fault = || match &self.header {
-            Some(_) if source.form.is_none_or(|form| !form.is_numbers()) => TableError::NoRows,
+            Some(_)
+                if source.header.is_none() && source.form.is_none_or(|form| !form.is_numbers()) =>
+            {
+                TableError::NoRows
+            }
+            _ if self.n_messages() > 0 => unclear(
+                "messages of ros2 topic echo are rows only with its --csv".to_owned(),
+                source,
+            ),
             _ => {
                 let n = self.n_lines;
-                unclear(format!("none of the first {n} lines is a header or a row"), source)
+                let found = format!(
+                    "none of the first {n} lines is a header, or a row with the values of all gauges"
+                );
+                unclear(found, source)
             }
         };
         table.ok_or_else(|| at(source.path, 1)(fault()))
@@ -311,6 +365,41 @@ impl LiveHead {
             table => table,
         }
     }
+}
+
+/// Returns a row with nothing but commas between its numbers, and the text that stands between them; `None` if a line cannot be
+/// such a row. Without a given form, all numbers must be separated by the same marks, as in `a0=1 a1=2`.
+fn row_of_text(line: &str, source: LiveSource<'_>) -> Option<(String, String)> {
+    /// Maximum number of words between two numbers: a unit and a label. A line with more is a message for people.
+    const MOST_WORDS: usize = 2;
+    let (stamp, row) = without_stamp(line);
+    let (numbers, text) = numbers_in(row);
+    let parts: Vec<&str> = text.split(NUMBER).collect();
+    let names: Vec<&str> = match source.header {
+        Some(header) => header.split(',').map(str::trim).collect(),
+        None => source.channels().map(String::as_str).collect(),
+    };
+    let n_more = numbers.len().checked_sub(names.len())?;
+    let has_count = match source.form {
+        None => {
+            let marks = |part: &str| part.replace(|c: char| !c.is_ascii_punctuation(), "");
+            let between = parts.get(1..parts.len() - 1).unwrap_or_default();
+            let is_same = between.windows(2).all(|two| marks(two[0]) == marks(two[1]));
+            n_more <= 2 && !names.is_empty() && is_same
+        }
+        Some(RowForm::TimedNumbers) => n_more == 1,
+        Some(RowForm::Numbers) => n_more == 0,
+        Some(RowForm::Table) => n_more == 0 && source.header.is_some(),
+        Some(RowForm::Pairs | RowForm::Json) => false,
+    };
+    // Labels that are names of channels must have the order in which the numbers are read.
+    let channels = names.iter().filter(|name| source.channels().any(|channel| channel == *name));
+    let is_ordered = channels.filter_map(|name| text.find(name)).is_sorted();
+    let is_word = |word: &&str| word.contains(char::is_alphabetic);
+    let n_words = |part: &&str| part.split([' ', ',', ';']).filter(is_word).count();
+    let is_row = has_count && is_ordered && parts.iter().all(|part| n_words(part) <= MOST_WORDS);
+    let stamp = stamp.map_or_else(String::new, |stamp| format!("{stamp} -> "));
+    is_row.then(|| (stamp + &numbers.join(","), text))
 }
 
 /// Returns rows of plain numbers as a table, and the columns of their time. Without a given form, rows with another number of
