@@ -335,8 +335,13 @@ impl<'a> Proposal<'a> {
         let mut times = self.free(is_named);
         // A clock moves. Of several, an even one is that of the samples, and a time of day with uneven steps that of the disk.
         let may_be_clock = |index: &usize| {
-            let own = &self.columns[*index];
-            own.content != Content::Numbers || own.moves()
+            let column = &self.columns[*index];
+            // The seconds of a stamp do not move in rows of one second.
+            let has_moving_rest =
+                |rest: &ColumnReport| rest.moves() && column.named.is_completed_by(&rest.named);
+            column.content != Content::Numbers
+                || column.moves()
+                || self.columns.iter().any(has_moving_rest)
         };
         if times.iter().any(may_be_clock) {
             times.retain(may_be_clock);
