@@ -336,12 +336,8 @@ impl<'a> Proposal<'a> {
         // A clock moves. Of several, an even one is that of the samples, and a time of day with uneven steps that of the disk.
         let may_be_clock = |index: &usize| {
             let column = &self.columns[*index];
-            // The seconds of a stamp do not move in rows of one second.
-            let has_moving_rest =
-                |rest: &ColumnReport| rest.moves() && column.named.is_completed_by(&rest.named);
-            column.content != Content::Numbers
-                || column.moves()
-                || self.columns.iter().any(has_moving_rest)
+            // One part of a stamp need not move: its seconds in the rows of one second, or the rest in steps of a second.
+            column.content != Content::Numbers || column.moves() || column.named.is_of_stamp()
         };
         if times.iter().any(may_be_clock) {
             times.retain(may_be_clock);
