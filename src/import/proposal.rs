@@ -335,8 +335,9 @@ impl<'a> Proposal<'a> {
         let mut times = self.free(is_named);
         // A clock moves. Of several, an even one is that of the samples, and a time of day with uneven steps that of the disk.
         let may_be_clock = |index: &usize| {
-            let own = &self.columns[*index];
-            own.content != Content::Numbers || own.moves() || own.named.is_of_stamp()
+            let column = &self.columns[*index];
+            // One part of a stamp need not move: its seconds in the rows of one second, or the rest in steps of a second.
+            column.content != Content::Numbers || column.moves() || column.named.is_of_stamp()
         };
         if times.iter().any(may_be_clock) {
             times.retain(may_be_clock);
