@@ -24,11 +24,17 @@ type Change<E> = Box<dyn FnOnce(&mut E) + Send>;
 /// The change by a task that has ended, or the reason why there is none.
 pub type Ended<E> = Result<Change<E>, Unanswered>;
 
+/// Work on a thread.
+type Run<E> = Box<dyn FnOnce(&Progress) -> Ended<E> + Send>;
+
+/// Function that makes the task of a turn.
+type Begin<E> = Box<dyn FnOnce(&mut E) -> Task<E>>;
+
 pub struct Task<E> {
     title: String,
     /// True if the status line shows this work, so that the user can cancel it.
     is_seen: bool,
-    run: Box<dyn FnOnce(&Progress) -> Ended<E> + Send>,
+    run: Run<E>,
 }
 
 /// Work on recordings that waits for its turn.
@@ -36,7 +42,7 @@ pub struct Turn<E> {
     /// Files that the work reads.
     pub files: Files,
     /// Returns the task for the recordings that are loaded when the turn comes.
-    pub begin: Box<dyn FnOnce(&mut E) -> Task<E>>,
+    pub begin: Begin<E>,
 }
 
 struct Begun<E> {

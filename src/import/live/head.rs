@@ -402,6 +402,9 @@ fn row_of_text(line: &str, source: LiveSource<'_>) -> Option<(String, String)> {
     is_row.then(|| (stamp + &numbers.join(","), text))
 }
 
+/// Lines of a table, and the columns of its time.
+type LinesAndTimes = (Vec<String>, Range<usize>);
+
 /// Returns rows of plain numbers as a table, and the columns of their time. Without a given form, rows with another number of
 /// numbers than most are left out. Returns `None` if more lines are needed.
 fn numbers_of(
@@ -409,7 +412,7 @@ fn numbers_of(
     form: RowForm,
     source: LiveSource<'_>,
     is_all: bool,
-) -> Result<Option<(Vec<String>, Range<usize>)>, ReadError> {
+) -> Result<Option<LinesAndTimes>, ReadError> {
     if source.form.is_some() {
         let times = 0..usize::from(form == RowForm::TimedNumbers);
         return Ok(Some((table_of_numbers(&rows, &times, source), times)));
