@@ -237,7 +237,7 @@ fn header(ui: &mut Ui, shown: &Shown<'_>) {
     };
     let head = match unit {
         "" => "Name".to_owned(), // there is no load
-        unit => format!("Name; RMSE of the {what} [{unit}]"),
+        unit => format!("Name; {what} [{unit}]"),
     };
     place(ui, name, |ui| ui.weak(head));
     place(ui, role, |ui| ui.weak("Role"));
