@@ -424,7 +424,7 @@ fn peak_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let kilobytes = peak.and_then(|peak| peak.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    // Without this right, the peak of the whole process is shown.
+    // If the system refuses this, the peak is that since the start of the process.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
     kilobytes.unwrap_or(f64::NAN) / 1024.0
 }

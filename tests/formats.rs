@@ -851,7 +851,7 @@ fn workbook(path: &Path, rows: &str, strings: &str) {
     archive.finish().unwrap();
 }
 
-/// A text in a column of numbers, and an empty cell, are reported like those of a CSV with the same cells.
+/// A workbook and a CSV with the same cells give the same warnings about texts and empty cells in a column of numbers.
 #[cfg(feature = "xlsx")]
 #[test]
 fn a_text_in_a_column_of_a_workbook_is_reported_like_that_of_a_csv() {

@@ -184,10 +184,9 @@ pub struct Calibration {
     /// starts anew after every pause.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub keep_secs: BTreeMap<String, f64>,
-    /// Factors of the fade after a start, by the key of the feature block, one for each state. A state has an unknown part, see
-    /// `Stream::missing`, and u is the sum of the unknown parts times their factors. The load is the conventional load plus
-    /// 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty without a
-    /// fade. See [`measured_fade`](crate::calibration::measured_fade).
+    /// Factors of the fade after a start, by the key of the feature block, one for each state. Each state has an unknown part
+    /// (`Stream::missing`). Let u be the sum of these parts, each times its factor. The load is then the conventional load plus
+    /// 1 / (1 + u²) of the difference between the compensated and the conventional load. Empty without a fade. See [`measured_fade`](crate::calibration::measured_fade).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub fade: BTreeMap<String, Vec<f64>>,
     /// Minimum time between the earlier samples that are stored for look-backs and lags (s).

@@ -90,7 +90,7 @@ impl<'a> Run<'a> {
     fn of(recording: &'a Recording, pause_secs: f64) -> Option<Self> {
         let times = recording.times();
         let (start, all_secs) = (*times.first()?, recording.duration_secs());
-        // The mean step, because samples may come in bursts.
+        // This is the mean step. The median step would be too short if samples come in bursts.
         let step_secs = all_secs / times.len() as f64;
         let (fewest, most) = BETWEEN_SAMPLES;
         let wanted = BETWEEN_SECS.clamp(fewest * step_secs, most * step_secs);
@@ -151,9 +151,9 @@ const GOOD_START: f64 = 0.9;
 /// all over the training recordings; empty if the load errs hardly more without a fade, or clearly less than the conventional
 /// load. `calibration` must have none.
 ///
-/// `recordings` come with their parts for cross-validation, and `left_out` holds for each part the linear map of a fit without
-/// it. The loads of a part are computed with this map, because a fit errs less on its own recordings than on others. Without
-/// such maps, all loads are those of the calibration.
+/// Each recording comes with its parts for cross-validation. For each part, `left_out` has the linear map of a fit to the other
+/// parts. The loads of the part are computed with this map, because a fit errs less on samples to which it was fitted. If
+/// `left_out` is empty, all loads are those of the calibration.
 pub(crate) fn measured_fade<'a>(
     calibration: &Calibration,
     recordings: impl Iterator<Item = (&'a Recording, &'a [Piece])>,
@@ -391,7 +391,7 @@ mod tests {
     }
 
     /// Cuts a recording into pieces of `piece` samples, each of which starts cold. Returns the RMSE of the uncompensated and of the
-    /// compensated load, without the first `from` samples of each piece.
+    /// compensated load over all samples but the first `from` of each piece.
     fn cold_errors(
         calibration: &Calibration,
         recording: &Recording,

@@ -5,7 +5,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::{engine::project::SessionFile, export::sha256};
+use crate::{
+    engine::project::{SessionFile, absolute},
+    export::sha256,
+};
 
 struct Claim {
     of: usize,
@@ -18,7 +21,7 @@ struct Claim {
 /// Returns the indices of the missing files that were found, with their new paths. `place` is one of the files or their
 /// folder. Files are recognised by name, by folder and by content. Files in `others` are already open and are not considered.
 pub fn find(lost: &[SessionFile], place: &Path, others: &[PathBuf]) -> Vec<(usize, PathBuf)> {
-    let place = std::path::absolute(place).unwrap_or_else(|_| place.to_owned());
+    let place = absolute(place);
     let folder = if place.is_file() { place.parent().unwrap_or(Path::new("")) } else { &place };
     let parents = lost.iter().filter_map(|file| file.absolute.parent());
     let parents: BTreeSet<&Path> = parents.collect();

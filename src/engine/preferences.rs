@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{
+    engine::project::absolute,
     export::{WriteError, write_atomically},
     import::map::ColumnMap,
     small_file::read_small,
@@ -101,7 +102,7 @@ impl Preferences {
 
     /// Puts a file at the front of the list of recent files.
     pub fn remember(&mut self, path: &Path) {
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        let path = absolute(path);
         self.recent.retain(|other| *other != path);
         self.recent.insert(0, path);
         self.recent.truncate(MAX_RECENT);

@@ -391,6 +391,7 @@ impl Project {
         spans.reduce(f64::max).filter(|span| *span > 0.0 && span.is_finite())
     }
 
+    /// Returns the paths of the files of the recordings.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         let entries = self.recordings.entries().iter();
         entries.filter_map(|entry| match entry.recording.source() {
@@ -596,6 +597,11 @@ impl Project {
 fn every_axis_moves(entry: &Entry) -> bool {
     let mut ranges = entry.recording.load_ranges().iter();
     ranges.all(|range| range.span() > 0.0)
+}
+
+/// Returns the absolute path of a file; the path as it is if there is none.
+pub fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@ use crate::{
     engine::{
         lost::{self, is_another},
         notice::{Level, Notice},
-        project::{Edit, FromFile, Project, SessionFile, Split},
+        project::{Edit, FromFile, Project, SessionFile, Split, absolute},
     },
     export::{Together, WriteError, add_calibration, read_calibration, sha256, with_sources},
     finding::{Advice, Face},
@@ -152,7 +152,7 @@ impl Session {
             let Source::File(path) = entry.recording.source() else {
                 continue;
             };
-            let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
+            let absolute = self::absolute(path);
             let at = files.iter().position(|file| file.absolute == absolute);
             let at = at.unwrap_or_else(|| {
                 files.push(SessionFile {
@@ -480,8 +480,7 @@ impl SessionPart {
 
 /// Returns true if a recording was read from the file with this absolute path.
 fn is_of(recording: &Recording, absolute: &Path) -> bool {
-    let path = recording.source().path().map(std::path::absolute);
-    path.is_some_and(|path| path.is_ok_and(|path| path == absolute))
+    recording.source().path().is_some_and(|path| self::absolute(path) == *absolute)
 }
 
 /// Tares the recordings and removes faulty samples as the saved session states.

@@ -11,7 +11,7 @@ use crate::{
         text::{Head, TextLayout, times::TimeForm},
     },
     import::map::{ColumnRole, ColumnRule, Header, TableMap},
-    recording::median,
+    recording::{median, units::TimeUnit},
 };
 
 const SHOWN_VALUES: usize = 3;
@@ -136,6 +136,10 @@ impl ColumnReport {
     /// Returns true if the column is a load whose axis the name does not tell.
     pub(crate) fn is_unnamed_load(&self) -> bool {
         self.named.is_unnamed_load(self.unit.as_deref())
+    }
+
+    pub(crate) fn has_time_unit(&self) -> bool {
+        self.unit.as_deref().and_then(TimeUnit::from_name).is_some()
     }
 
     pub(crate) fn is_other_quantity(&self) -> bool {

@@ -281,9 +281,11 @@ pub fn times_of_numbers(rows: &[Vec<f64>], source: LiveSource<'_>) -> Option<Ran
     match rows.first()?.len().checked_sub(n)? {
         0 => Some(0..0),
         1 => {
+            // The year is 2014 to 2036.
             let is_clock = |at: &usize| {
                 let times = times(&|row| row[*at]);
-                unit_of(&times).is_some() && (is_steady(&times) || is_from_1970(times[0]))
+                unit_of(&times).is_some()
+                    && (is_steady(&times) || timeline::counts_from_1970(times[0], &(1.4e9..2.1e9)))
             };
             let mut clocks = (0..=n).filter(is_clock);
             clocks.next().filter(|_| clocks.next().is_none()).map(|at| at..at + 1)
@@ -314,15 +316,10 @@ fn is_steady(times: &[f64]) -> bool {
     })
 }
 
-/// Returns true if a time counts from the year 1970, in s, ms, us or ns, and lies in the years 2014 to 2036.
-fn is_from_1970(time: f64) -> bool {
-    [1.0, 1e3, 1e6, 1e9].iter().any(|unit| (1.4e9..2.1e9).contains(&(time / unit)))
-}
-
 /// Returns the unit of a column of numbers that is a clock; `None` if this is not proven. If the user gave the unit, any step
 /// is right. A clock never goes back, and its steps are near to the step of the calibration in one of the units. Each time of
-/// a coarse clock is repeated in nearly equally many rows. A counter of rows looks like a clock, too, so that the step of numbers which rise by
-/// 1 in each row must be very near.
+/// a coarse clock is repeated in nearly equally many rows. A counter of rows looks like a clock, too, so the step of numbers
+/// that rise by 1 in each row must be very near.
 fn clock(times: &[f64], trained_secs: f64, given: Option<TimeUnit>) -> Option<TimeUnit> {
     /// Minimum number of steps.
     const FEWEST_STEPS: usize = 4;

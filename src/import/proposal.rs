@@ -18,6 +18,7 @@ use super::{
     plan::{AUXILIARY_LIMIT, CHANNEL_LIMIT, GAUGE_LIMIT},
     pose_names::pose_part,
     question::{About, Question},
+    timeline,
     warning::Cause,
 };
 use crate::{
@@ -26,7 +27,7 @@ use crate::{
         column_name::Kind,
         text::{Decimal, Head, Preamble, TextLayout, times::TimeForm},
     },
-    recording::{Axis, units::TimeUnit},
+    recording::Axis,
 };
 
 /// Number of values from which a column of whole numbers may be a load in counts.
@@ -238,10 +239,8 @@ impl<'a> Proposal<'a> {
 
     /// Restricts the columns to one of several tables that stand side by side, each with its clock and with the same names.
     fn choose_table(&mut self, chosen: usize) {
-        let is_time = |own: &&ColumnReport| {
-            let unit = own.unit.as_deref().and_then(TimeUnit::from_name);
-            own.named.kind == Some(Kind::Time) || unit.is_some()
-        };
+        let is_time =
+            |own: &&ColumnReport| own.named.kind == Some(Kind::Time) || own.has_time_unit();
         let mut times = self.columns.iter().filter(is_time).map(|own| own.number - 1);
         let (Some(first), Some(second)) = (times.next(), times.next()) else { return };
         let width = second - first;
@@ -324,8 +323,7 @@ impl<'a> Proposal<'a> {
         };
         // A unit of time, or a name that only contains a word for time, needs values like a clock.
         let is_clock = |own: &ColumnReport| {
-            let unit = own.unit.as_deref().and_then(TimeUnit::from_name);
-            let is_called = unit.is_some() || own.named.has_clock_word();
+            let is_called = own.has_time_unit() || own.named.has_clock_word();
             own.named.kind.is_none()
                 && own.runs_like_clock
                 && own.is_filled
@@ -397,8 +395,7 @@ impl<'a> Proposal<'a> {
     /// rise or fall together has no time: it holds load cases.
     fn nameless_clock(&self) -> Vec<usize> {
         let is_epoch = |own: &ColumnReport| {
-            let first = own.min.unwrap_or_default();
-            [1.0, 1e3, 1e6, 1e9].iter().any(|unit| (1e9..4e9).contains(&(first / unit)))
+            timeline::counts_from_1970(own.min.unwrap_or_default(), &(1e9..4e9))
         };
         let mut numbers = self.columns.iter().filter(|own| own.content == Content::Numbers);
         let are_cases =
@@ -498,7 +495,7 @@ impl<'a> Proposal<'a> {
             }
             // Without names, a column that runs like a clock is one of another device.
             let is_clock = own.named.has_clock_word()
-                || own.unit.as_deref().and_then(TimeUnit::from_name).is_some()
+                || own.has_time_unit()
                 || own.runs_like_clock && self.names().is_empty() && own.is_even && has_time;
             own.moves()
                 && own.named.kind.is_none()

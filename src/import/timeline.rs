@@ -1,5 +1,7 @@
 //! Examines the times of a file: derives their unit if the header has none, and finds the rows at which recordings start.
 
+use std::ops::Range;
+
 use super::{rows::Rows, warning::Cause};
 use crate::recording::{
     gap::{after_wrap, gap_by_steps, median_step, steps_of_a_pause},
@@ -79,6 +81,11 @@ pub fn cuts(times: &[f64], gap_secs: Option<f64>) -> Cuts {
         }
     }
     cuts
+}
+
+/// Returns true if a time counts from the year 1970, in s, ms, us or ns. `secs` are the seconds since then that it may have.
+pub fn counts_from_1970(time: f64, secs: &Range<f64>) -> bool {
+    [1.0, 1e3, 1e6, 1e9].iter().any(|unit| secs.contains(&(time / unit)))
 }
 
 /// Returns true if the rows were written newest first: most times are earlier than the time of the row before.

@@ -28,9 +28,9 @@ impl Channel {
     pub fn in_file_order(recording: &Recording) -> Vec<Self> {
         let mut channels: Vec<_> = Self::all(recording).collect();
         if recording.columns.len() + 1 == channels.len() {
-            let places =
-                |channel: &Self| Self::all(recording).skip(1).position(|one| one == *channel);
-            channels.sort_by_key(|channel| places(channel).map(|at| recording.columns[at]));
+            let mut placed: Vec<_> = recording.columns.iter().zip(channels.drain(1..)).collect();
+            placed.sort_by_key(|(column, _)| **column);
+            channels.extend(placed.into_iter().map(|(_, channel)| channel));
         }
         channels
     }

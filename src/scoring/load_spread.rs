@@ -59,6 +59,32 @@ impl LoadSpread {
     }
 }
 
+/// Share of the loads' variance within recordings, below which each recording holds one load.
+const HELD: f64 = 0.1;
+
+/// Returns true if each of several recordings holds nearly one load. A zero or a sensitivity of its own then explains whatever
+/// a calibration does not follow. `loads` are those of each recording, `n_samples × n_axes` row-major.
+pub fn hold_one_load<'a>(loads: impl Iterator<Item = &'a [f64]>, n_axes: usize) -> bool {
+    let loads: Vec<&[f64]> = loads.filter(|own| !own.is_empty()).collect();
+    let n = loads.iter().map(|own| own.len()).sum::<usize>() / n_axes.max(1);
+    if loads.len() < 2 || n == loads.len() {
+        return false;
+    }
+    let share = |axis: usize| {
+        let of = |own: &'a [f64]| own[axis..].iter().step_by(n_axes);
+        let whole = loads.iter().flat_map(|own| of(own)).sum::<f64>() / n as f64;
+        let (mut within, mut all) = (0.0, 0.0);
+        for own in &loads {
+            let mean = of(own).sum::<f64>() / of(own).count() as f64;
+            within += of(own).map(|load| (load - mean).powi(2)).sum::<f64>();
+            all += of(own).map(|load| (load - whole).powi(2)).sum::<f64>();
+        }
+        (all > 0.0).then(|| within / all)
+    };
+    let shares: Vec<f64> = (0..n_axes).filter_map(share).collect();
+    !shares.is_empty() && shares.iter().sum::<f64>() < HELD * shares.len() as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

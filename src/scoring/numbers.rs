@@ -5,7 +5,12 @@ pub const FEWEST_TICKS: usize = 3;
 
 /// Returns a share in percent as text with two significant digits.
 pub(crate) fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 2))
+    percent_to(share, 2)
+}
+
+/// Returns a share in percent as text with this number of significant digits.
+pub(crate) fn percent_to(share: f64, digits: usize) -> String {
+    format!("{} %", significant(100.0 * share, digits))
 }
 
 /// Returns `value` as text with this number of significant digits. Very large and very small values have an exponent.

@@ -27,7 +27,7 @@ use crate::{
     recording::{Axis, Recording},
     scoring::{
         faults::are_of_one_table,
-        hold_one_load,
+        load_spread::hold_one_load,
         rig::fits::{Fit, Moments, Shape},
     },
 };

@@ -11,7 +11,7 @@ use crate::{
         importing,
         lost::find,
         notice::{Level, Notice},
-        project::{Edit, SessionFile, Split},
+        project::{Edit, SessionFile, Split, absolute},
         session::{Session, SessionPart, add_parts, read_again},
         tasks::{Files, Task, Turn},
     },
@@ -93,8 +93,7 @@ impl Engine {
     pub(super) fn change_columns(&mut self, change: ColumnChange) {
         self.await_turn(Vec::new(), |engine| {
             let before = Arc::clone(&engine.project.recordings);
-            let mut files = Session::of(&engine.project).files;
-            files.retain(|file| !engine.project.lost.contains(file));
+            let files = engine.files_found();
             let read = move |progress: &_| {
                 let read = |file: &SessionFile| {
                     let (path, columns) = (&file.absolute, &file.columns);
@@ -135,7 +134,7 @@ impl Engine {
         });
     }
 
-    /// Takes recordings that were tared or of which samples were left out.
+    /// Replaces the recordings by the same ones after a tare, or without their faulty samples.
     pub(in crate::engine) fn take_changed(
         &mut self,
         before: &Arc<RecordingSet>,
@@ -190,9 +189,9 @@ impl Engine {
                     }
                     note_units(&path, &loaded, &mut kinds);
                     let map = loaded.map.take();
-                    let absolute = absolute_of(&path);
-                    if self.project.files().any(|file| absolute_of(file) == absolute) {
-                        again.insert(absolute, loaded);
+                    let absolute_path = absolute(&path);
+                    if self.project.files().any(|file| absolute(file) == absolute_path) {
+                        again.insert(absolute_path, loaded);
                     } else {
                         recordings.push(loaded.recordings);
                     }
@@ -237,11 +236,17 @@ impl Engine {
         }
     }
 
-    /// Replaces the recordings of files that were already open by those that were read again.
-    fn reload(&mut self, mut again: BTreeMap<PathBuf, Loaded>) {
-        let names = first(MAX_NAMED, again.keys().map(|path| file_name(path)));
+    /// Returns the files of the session without those that are missing.
+    fn files_found(&self) -> Vec<SessionFile> {
         let mut files = Session::of(&self.project).files;
         files.retain(|file| !self.project.lost.contains(file));
+        files
+    }
+
+    /// Replaces the recordings of open files by those just read from the same files.
+    fn reload(&mut self, mut again: BTreeMap<PathBuf, Loaded>) {
+        let names = first(MAX_NAMED, again.keys().map(|path| file_name(path)));
+        let files = self.files_found();
         let whole = self.project.split.as_ref().map(|split| &split.whole);
         let whole = Arc::clone(whole.unwrap_or(&self.project.recordings));
         let parts = files.into_iter().map(|file| {
@@ -250,7 +255,10 @@ impl Engine {
         });
         let parts = parts.collect();
         self.take_read_again(parts);
-        self.notice(Level::Info, format!("Read again, because already open: {names}"));
+        self.notice(
+            Level::Info,
+            format!("These files were open already and were read again: {names}"),
+        );
     }
 
     pub(in crate::engine) fn take_simulated(
@@ -362,7 +370,7 @@ impl Engine {
     }
 }
 
-/// Notes which loads have no unit, and which questions about the file's loads are open.
+/// Adds a notice about loads without a unit, or about the questions on the file's loads that are still open.
 fn note_units(path: &Path, loaded: &Loaded, kinds: &mut Kinds) {
     let asked: Vec<String> = loaded.load_questions().collect();
     let name = file_name(path);
@@ -397,10 +405,6 @@ impl Kinds {
         };
         self.0.into_iter().map(notice).collect()
     }
-}
-
-fn absolute_of(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 pub(super) fn because(error: impl Advice) -> Unanswered {

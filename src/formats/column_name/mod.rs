@@ -334,7 +334,7 @@ pub fn is_known_unit(unit: &str) -> bool {
     is_load_unit(unit) || is_unit_of(Kind::Time, unit) || is_unit_of(Kind::Gauge, unit)
 }
 
-/// Returns true for a unit of any quantity.
+/// Returns true if a text is a known unit, of whatever quantity, or `h:m:s`.
 pub fn is_any_unit(unit: &str) -> bool {
     let lower = unit.trim().to_lowercase();
     is_known_unit(unit)

@@ -155,7 +155,9 @@ impl Plan {
     pub fn is_since_off(&self, index: usize) -> bool {
         // Most calls end at the first condition, because `since` is mostly 0. This matters, because the function is called
         // for each cell of a file.
-        self.since != 0 && self.date_column().or(self.time_column) == Some(index)
+        self.since != 0
+            && self.columns[index].is_time()
+            && self.date_column().or(self.time_column) == Some(index)
     }
 
     pub fn since_of(&self, index: usize) -> i64 {

@@ -147,7 +147,8 @@ impl<'a> LoopRows<'a> {
             let branches: Vec<(usize, &Branch)> =
                 cycles.iter().map(|cycle| (cycle.recording, branch(cycle))).collect();
             let are_steps = branches.iter().all(|(recording, branch)| {
-                self.curve(&self.view.runs[*recording], branch, output).1.is_some()
+                let run = &self.view.runs[*recording];
+                readings(self.view, run, branch, &run.outputs[output]).is_some()
             });
             if are_steps { self.path(&branches, output).ok() } else { None }
         };

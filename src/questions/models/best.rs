@@ -28,7 +28,10 @@ use crate::{
     recording::{Recording, RecordingSet, Role, Tare},
     report::Table,
     scoring::{
-        left_out::summed_by_target, metrics::root_mean, numbers::significant, score_set::ScoreSet,
+        left_out::summed_by_target,
+        metrics::root_mean,
+        numbers::{percent_to, significant},
+        score_set::ScoreSet,
     },
     shown::counted,
 };
@@ -174,7 +177,7 @@ impl Best {
         let first = format!(
             "Proposed: {}, the most accurate model: {} of the conventional error ({}); {}",
             proposed.name,
-            percent(proposed.relative),
+            percent_to(proposed.relative, 3),
             self.folds,
             cost(proposed)
         );
@@ -185,7 +188,7 @@ impl Best {
             format!(
                 "Smallest model with an error within {within} % of the proposed model's error: {}, {} of the conventional error; {}",
                 smallest.name,
-                percent(smallest.relative),
+                percent_to(smallest.relative, 3),
                 cost(smallest)
             )
         };
@@ -201,7 +204,7 @@ impl Best {
         remarks.extend(self.with_tare.map(|share| {
             format!(
                 "The zeros of the recordings differ: a tare of each recording lowers the conventional error to {}. If the robot tares the gauges before use, tare the recordings, too (--tare auto), to compare the models after this tare",
-                percent(share)
+                percent_to(share, 3)
             )
         }));
         let lowest = self.proposed().map_or(1.0, |tried| tried.relative);
@@ -229,7 +232,7 @@ impl Best {
                 "{} networks and kernels were dropped after a short training; the best of them is {}, with {} of the conventional error: {}",
                 self.ruled_out.len(),
                 best.name,
-                percent(best.relative),
+                percent_to(best.relative, 3),
                 best.why
             )
         }));
@@ -288,10 +291,6 @@ impl Best {
             ..model_table(axes, &[set], rows)
         }
     }
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", significant(100.0 * share, 3))
 }
 
 /// Division of the held-out samples into blocks of consecutive samples.
@@ -638,7 +637,7 @@ impl<'a> Running<'a> {
             let why = if !self.is_new(relative) {
                 "the linear model before it has the same error".to_owned()
             } else if relative >= *reach * lowest {
-                format!("its error is above {reach} times the lowest, {}", percent(lowest))
+                format!("its error is above {reach} times the lowest, {}", percent_to(lowest, 3))
             } else if *most == 0 {
                 "others of its kind have lower errors".to_owned()
             } else {

@@ -34,7 +34,7 @@ use crate::{
             shares::Decision, sums::Sums, time_scale::TimeScale,
         },
         cross_validation::FEWEST_RECORDINGS,
-        hold_one_load,
+        load_spread::hold_one_load,
     },
 };
 

@@ -100,10 +100,10 @@ impl Loop {
         self.falling.iter().zip(&self.rising).map(|(falling, rising)| falling - rising)
     }
 
-    /// Returns the magnitude of the smoothed width at each load, see [`quiet`].
-    fn quiet_widths(&self) -> Vec<f64> {
-        let (widths, _) = quiet(&self.widths().collect::<Vec<f64>>(), MAX_NOISE, SURE);
-        widths.into_iter().map(f64::abs).collect()
+    /// Returns the magnitude of the smoothed width at each load, and the standard deviation of its noise, see [`quiet`].
+    fn quiet_widths(&self) -> (Vec<f64>, f64) {
+        let (widths, noise) = quiet(&self.widths().collect::<Vec<f64>>(), MAX_NOISE, SURE);
+        (widths.into_iter().map(f64::abs).collect(), noise)
     }
 
     /// Returns the largest magnitude of the loop's width, in the unit of the output.
@@ -111,17 +111,17 @@ impl Loop {
     /// **Source** OIML R 60-1, 3.7: the difference at one load between loading from the minimum and unloading from the maximum.
     pub fn largest_width(&self) -> f64 {
         // At the ends, single samples are compared.
-        self.quiet_widths()[1..LOADS - 1].iter().copied().fold(0.0, f64::max)
+        self.quiet_widths().0[1..LOADS - 1].iter().copied().fold(0.0, f64::max)
     }
 
     /// Returns the standard deviation of the noise of the smoothed width.
     pub fn width_noise(&self) -> f64 {
-        quiet(&self.widths().collect::<Vec<f64>>(), MAX_NOISE, SURE).1
+        self.quiet_widths().1
     }
 
     /// Returns the mean magnitude of the loop's width over the loop's load range, in the unit of the output.
     pub fn mean_width(&self) -> f64 {
-        mean_by_trapezoids(self.quiet_widths().into_iter())
+        mean_by_trapezoids(self.quiet_widths().0.into_iter())
     }
 
     /// Returns the area of the loop: the integral of the width's magnitude over the load. It also holds for open loops and

@@ -23,27 +23,28 @@ impl Rig {
         let step = n.div_ceil(ENOUGH_SAMPLES).max(1);
         let is_used = |_, sample: usize| sample.is_multiple_of(step);
         // Columns: one, loads, squares, cubes, gauges.
-        let mut sums = NormalEquations::new(1 + a + 3 * g, 0);
+        let first = 1 + a;
+        let (square_of, cube_of) = (|gauge| first + gauge, |gauge| first + g + gauge);
+        let (reading_of, width) = (|gauge| first + 2 * g + gauge, first + 3 * g);
+        let mut sums = NormalEquations::new(width, 0);
         let mut row = vec![0.0; sums.stride()];
         units(recordings, self, is_used, &mut |gauges, loads| {
             row[0] = 1.0;
             row[1..=a].copy_from_slice(loads);
             for (gauge, value) in gauges.iter().enumerate() {
                 let signal = signal(gauge, loads);
-                row[1 + a + gauge] = signal.powi(2);
-                row[1 + a + g + gauge] = signal.powi(3);
-                row[1 + a + 2 * g + gauge] = *value;
+                row[square_of(gauge)] = signal.powi(2);
+                row[cube_of(gauge)] = signal.powi(3);
+                row[reading_of(gauge)] = *value;
             }
             sums.add_rows(&row);
         });
-        let width = 1 + a + 3 * g;
         let sums = faer::Mat::from_fn(width, width, |i, j| sums.feature_product(i, j));
         let curve = |gauge: usize| {
-            let curved = [1 + a + gauge, 1 + a + g + gauge];
-            let inputs: Vec<usize> = (0..=a).chain(curved).collect();
-            let own = 1 + a + 2 * g + gauge;
-            let fit = Fit::of(&sums, &inputs, own..own + 1);
-            [fit.map[(0, 1 + a)], fit.map[(0, 2 + a)]]
+            let inputs: Vec<usize> = (0..first).chain([square_of(gauge), cube_of(gauge)]).collect();
+            let reading = reading_of(gauge);
+            let fit = Fit::of(&sums, &inputs, reading..reading + 1);
+            [fit.map[(0, first)], fit.map[(0, first + 1)]]
         };
         let curves: Vec<[f64; 2]> = (0..g).map(curve).collect();
         let straight = units(recordings, self, is_used, &mut |gauges, loads| {
