@@ -4,6 +4,7 @@
 //! Guarantees: a column gets the coefficient zero if it is zero, or a linear combination of columns of the same or an earlier
 //! [`ColumnKind`]. So if a look-back never finds an earlier sample, the fit is exactly the conventional calibration.
 
+use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
 
 use crate::{calibration::normal_equations::NormalEquations, features::ColumnKind};
@@ -11,6 +12,11 @@ use crate::{calibration::normal_equations::NormalEquations, features::ColumnKind
 /// A column counts as a linear combination of other columns if they leave at most this share of its squared length
 /// unexplained. Sums have relative rounding errors near 1e-15. A column whose unexplained part is 1e-6 of its length is kept.
 const EXPLAINED_BELOW: f64 = 1e-12;
+/// Number of columns from which a fit first tries a factorisation without pivots, which then takes much less time.
+pub const MANY_COLUMNS: usize = 64;
+/// Share of each column's squared length that the columns before it must leave unexplained in a factorisation without pivots. It is
+/// far above [`EXPLAINED_BELOW`], so pivots would find the same rank.
+const SURELY_UNEXPLAINED: f64 = 1e-8;
 
 /// Solution of a least-squares fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,14 +83,21 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
         .zip(&penalties)
         .map(|(&i, penalty)| inverse_length(sums.feature_product(i, i) + penalty))
         .collect();
+    let scaled = |i: usize, j: usize| {
+        let penalty = if i == j { penalties[i] } else { 0.0 };
+        (sums.feature_product(used[i], used[j]) + penalty) * inverse_length[i] * inverse_length[j]
+    };
+    if m >= MANY_COLUMNS
+        && let Some(found) = without_pivots(sums, used, &inverse_length, scaled)
+    {
+        return found;
+    }
     // Lower triangle of the scaled Gram matrix, replaced column by column by its Cholesky factor.
     let mut lower: Vec<f64> = vec![0.0; m * m];
     for i in 0..m {
         for j in 0..=i {
-            lower[i * m + j] =
-                sums.feature_product(used[i], used[j]) * inverse_length[i] * inverse_length[j];
+            lower[i * m + j] = scaled(i, j);
         }
-        lower[i * m + i] += penalties[i] * inverse_length[i] * inverse_length[i];
     }
     let mut order: Vec<usize> = (0..m).collect();
     let mut rank = 0;
@@ -143,6 +156,31 @@ pub fn fit(sums: &NormalEquations, terms: Terms<'_>, ridge: Ridge<'_>) -> Fit {
         }
     }
     Fit { coefficients, rank }
+}
+
+/// Solves like [`fit`] by a Cholesky factorisation without pivots. Returns `None` unless all columns are surely independent.
+fn without_pivots(
+    sums: &NormalEquations,
+    used: &[usize],
+    inverse_length: &[f64],
+    scaled: impl Fn(usize, usize) -> f64,
+) -> Option<Fit> {
+    let (m, q) = (used.len(), sums.n_targets());
+    let lower = Mat::from_fn(m, m, |i, j| if i < j { 0.0 } else { scaled(i, j) });
+    let factor = lower.llt(Side::Lower).ok()?;
+    let is_unexplained = |root: &f64| root * root >= SURELY_UNEXPLAINED;
+    if !factor.L().diagonal().column_vector().iter().all(is_unexplained) {
+        return None;
+    }
+    let right = |i, target| sums.target_product(used[i], target) * inverse_length[i];
+    let solution = factor.solve(&Mat::from_fn(m, q, right));
+    let mut coefficients = vec![0.0; sums.n_features() * q];
+    for (i, &column) in used.iter().enumerate() {
+        for target in 0..q {
+            coefficients[column * q + target] = solution[(i, target)] * inverse_length[i];
+        }
+    }
+    Some(Fit { coefficients, rank: m })
 }
 
 impl Terms<'_> {

@@ -49,7 +49,7 @@ pub(crate) use kernel::{GridEdge, LANDMARKS};
 pub use kernel::{Kernel, KernelSettings};
 pub(crate) use learned::Learned;
 pub use linear::{Fit, fit};
-pub(crate) use linear::{Ridge, Terms, condition_number, fit_targets};
+pub(crate) use linear::{MANY_COLUMNS, Ridge, Terms, condition_number, fit_targets};
 pub(crate) use linear_map::{LinearMap, PresentLoads, loads_from_gauges};
 pub(crate) use network::{
     CONSTANT_RATE, CROSS_VALIDATE, EARLY_STOPPING, EPOCHS, EpochReport, SEED, UNITS,

@@ -16,7 +16,9 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use crate::{
-    calibration::{NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good},
+    calibration::{
+        MANY_COLUMNS, NormalEquations, Ridge, RidgeChoice, Terms, fit, fit_targets, simplest_good,
+    },
     column::column,
     features::ColumnKind,
     scoring::{
@@ -25,10 +27,6 @@ use crate::{
         metrics::root_mean,
     },
 };
-
-/// Minimum number of columns for which the fits run in parallel. With fewer columns, the callers run many cross-validations
-/// in parallel.
-const MANY_COLUMNS: usize = 48;
 
 /// Cross-validation of a linear fit. Each fit uses all parts of the data but one.
 #[derive(Clone, Copy, Debug)]
@@ -139,21 +137,20 @@ impl<'a> LeftOut<'a> {
         let left_out = LeftOut { terms: Terms { used: &used, ..self.terms }, ..*self };
         let mut squares = vec![0.0; self.parts.len() * q];
         let mut is_sure = vec![false; self.parts.len()];
-        let at_least = if used.len() < MANY_COLUMNS { usize::MAX } else { 1 };
-        (self.parts.par_chunks(LANES).with_min_len(at_least))
-            .zip(self.scored.par_chunks(LANES))
-            .zip(squares.par_chunks_mut(LANES * q))
-            .zip(is_sure.par_chunks_mut(LANES))
-            .for_each_init(
-                || Work::new(used.len(), q),
-                |work, (((parts, scored), squares), is_sure)| {
+        if used.len() < MANY_COLUMNS {
+            let mut work = Work::new(used.len(), q);
+            (self.parts.chunks(LANES))
+                .zip(self.scored.chunks(LANES))
+                .zip(squares.chunks_mut(LANES * q))
+                .zip(is_sure.chunks_mut(LANES))
+                .for_each(|(((parts, scored), squares), is_sure)| {
                     work.fit(left_out.total, left_out.terms, [parts, scored], shares);
                     for (lane, (squares, is_sure)) in squares.chunks_mut(q).zip(is_sure).enumerate()
                     {
                         *is_sure = work.answer(lane, squares);
                     }
-                },
-            );
+                });
+        }
         let careful = NormalEquations::each_without(
             self.parts,
             |at| !is_sure[at],
