@@ -43,8 +43,7 @@ impl Learned {
         match self {
             Self::Network(network) => network.n_parameters(),
             Self::Kernel(kernel) => {
-                let of_landmark = kernel.landmarks.iter().chain(&kernel.weights);
-                of_landmark.map(Vec::len).sum()
+                kernel.landmarks.len() * (kernel.input_shift.len() + kernel.weights.len())
             }
         }
     }

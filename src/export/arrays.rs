@@ -84,7 +84,7 @@ fn of_kernel(kernel: &Kernel) -> Vec<Entry> {
         vector("input_shift", &kernel.input_shift),
         vector("input_scale", &kernel.input_scale),
         vector("length_scale", &[kernel.length_scale]),
-        matrix("landmarks", &kernel.landmarks),
+        matrix("landmarks", &Vec::from(kernel.landmarks.clone())),
         matrix("kernel_weights", &kernel.weights),
         vector("kernel_offset", &kernel.offset),
     ]

@@ -7,9 +7,7 @@ use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::{Mat, Par, Side};
 use rayon::prelude::*;
 
-use super::model::{
-    Band, GridEdge, Kernel, KernelSettings, similarities_to, square_distance, standardise,
-};
+use super::model::{Band, GridEdge, Kernel, KernelSettings, Landmarks, standardise};
 use crate::{
     calibration::{
         choice::{SHARES, best_share, simplest_good},
@@ -245,6 +243,8 @@ impl Standardised {
             });
             first += rows.n_samples(run);
         }
+        let by_input = Landmarks::from(candidates.clone());
+        let mut squares = vec![0.0; candidates.len()];
         let mut nearest: Vec<f64> = vec![f64::INFINITY; candidates.len()];
         let size = |at: &usize| dot(&candidates[*at], &candidates[*at]);
         let mut next = (0..candidates.len()).min_by(|a, b| size(a).total_cmp(&size(b)));
@@ -252,8 +252,9 @@ impl Standardised {
         while let Some(chosen) = next.filter(|_| landmarks.len() < m) {
             progress.check()?;
             let landmark = candidates[chosen].clone();
-            for (nearest, candidate) in nearest.iter_mut().zip(&candidates) {
-                *nearest = nearest.min(square_distance(candidate, &landmark));
+            by_input.square_distances(&landmark, &mut squares);
+            for (nearest, square) in nearest.iter_mut().zip(&squares) {
+                *nearest = nearest.min(*square);
             }
             landmarks.push(landmark);
             next = (0..candidates.len())
@@ -267,7 +268,7 @@ impl Standardised {
 /// Landmarks and a length scale, with the matrix that whitens the kernel values.
 struct Whitened<'a> {
     standardised: &'a Standardised,
-    landmarks: &'a [Vec<f64>],
+    landmarks: Landmarks,
     length_scale: f64,
     /// Matrix W in `φ = W k`: the inverse of the Cholesky factor of the landmarks' kernel matrix.
     whitening: Mat<f64>,
@@ -280,12 +281,18 @@ impl<'a> Whitened<'a> {
         length_scale: f64,
     ) -> Option<Self> {
         let m = landmarks.len();
-        let factor = -0.5 / (length_scale * length_scale);
-        let gram = Mat::from_fn(m, m, |i, j| {
-            let similarity = (factor * square_distance(&landmarks[i], &landmarks[j])).exp();
-            similarity + if i == j { JITTER } else { 0.0 }
-        });
-        Some(Self { standardised, landmarks, length_scale, whitening: inverse_factor(&gram)? })
+        let by_input = Landmarks::from(landmarks.to_vec());
+        let mut gram = Mat::zeros(m, m);
+        for (at, landmark) in landmarks.iter().enumerate() {
+            by_input.similarities(length_scale, landmark, gram.col_as_slice_mut(at));
+            gram[(at, at)] += JITTER;
+        }
+        Some(Self {
+            standardised,
+            landmarks: by_input,
+            length_scale,
+            whitening: inverse_factor(&gram)?,
+        })
     }
 
     /// Returns the normal equations of each part of the cross-validation, from every `step`-th sample. Their columns are
@@ -316,10 +323,8 @@ impl<'a> Whitened<'a> {
                     let mut similarities = Mat::zeros(m, taken.len());
                     for (column, k) in taken.iter().enumerate() {
                         self.standardised.apply(&block.inputs[k * d..][..d], &mut x);
-                        let of_row = similarities_to(self.landmarks, self.length_scale, &x);
-                        for (i, similarity) in of_row.enumerate() {
-                            similarities[(i, column)] = similarity;
-                        }
+                        let of_row = similarities.col_as_slice_mut(column);
+                        self.landmarks.similarities(self.length_scale, &x, of_row);
                     }
                     let phi = &self.whitening * similarities;
                     if parts.last().is_none_or(|(last, _)| *last != block.fold) {
@@ -374,7 +379,7 @@ impl<'a> Whitened<'a> {
             input_shift: self.standardised.shift.clone(),
             input_scale: self.standardised.scale.clone(),
             length_scale: self.length_scale,
-            landmarks: self.landmarks.to_vec(),
+            landmarks: self.landmarks.clone(),
             weights: (0..q).map(|axis| (0..m).map(|i| on_k[(axis, i)]).collect()).collect(),
             offset: (0..q).map(|axis| beta[m * q + axis]).collect(),
             band: Band {

@@ -7,8 +7,9 @@ use crate::{
         entries::{check_length, check_numbers},
         error::{CalibrationError, LARGEST},
     },
-    dot::dot,
+    dot::dot_of_long,
     features::{FeatureError, Range, Setting, Unit},
+    vectorised::vectorised,
 };
 
 /// Setting for the number of landmarks. Beyond its maximum, computing the landmarks' kernel matrix would take longer than the
@@ -81,8 +82,8 @@ pub struct Kernel {
     pub input_scale: Vec<f64>,
     /// Length scale ℓ, in the unit of the standardised inputs.
     pub length_scale: f64,
-    /// Standardised landmarks: m rows of n_inputs.
-    pub landmarks: Vec<Vec<f64>>,
+    /// Standardised landmarks.
+    pub landmarks: Landmarks,
     /// Weights of the kernel values: one row of m numbers per axis.
     pub weights: Vec<Vec<f64>>,
     /// Constant part of the load of each axis.
@@ -119,7 +120,7 @@ impl Kernel {
         let triangle = |at| at + 1;
         vector("input_shift", n_columns, &self.input_shift)?;
         vector("input_scale", n_columns, &self.input_scale)?;
-        rows("landmarks", m, &self.landmarks, &|_| n_columns)?;
+        rows("landmarks", n_columns, &self.landmarks.by_input, &|_| m)?;
         rows("weights", n_axes, &self.weights, &|_| m)?;
         vector("offset", n_axes, &self.offset)?;
         vector("noise_variance", n_axes, &self.band.noise_variance)?;
@@ -158,7 +159,7 @@ impl Kernel {
         for (row, load) in self.each_row(rows, loads) {
             self.similarities(row, scratch);
             for ((load, weights), offset) in load.iter_mut().zip(&self.weights).zip(&self.offset) {
-                *load += offset + dot(weights, &scratch.similarities);
+                *load += offset + dot_of_long(weights, &scratch.similarities);
             }
         }
     }
@@ -170,10 +171,11 @@ impl Kernel {
             self.similarities(row, scratch);
             scratch.whitened.clear();
             let k = &scratch.similarities;
-            scratch.whitened.extend(whitening.iter().map(|row| dot(row, k)));
+            scratch.whitened.extend(whitening.iter().map(|row| dot_of_long(row, &k[..row.len()])));
             let phi = &scratch.whitened;
-            let fitted: f64 = posterior.iter().map(|row| dot(row, phi).powi(2)).sum();
-            let unseen = (1.0 - dot(phi, phi)).max(0.0) / strength;
+            let fitted = posterior.iter().map(|row| dot_of_long(row, &phi[..row.len()]).powi(2));
+            let fitted: f64 = fitted.sum();
+            let unseen = (1.0 - dot_of_long(phi, phi)).max(0.0) / strength;
             for (out, noise) in out.iter_mut().zip(noise_variance) {
                 *out = (noise * (1.0 + fitted + unseen)).sqrt();
             }
@@ -192,8 +194,8 @@ impl Kernel {
     fn similarities(&self, row: &[f64], scratch: &mut KernelScratch) {
         let KernelScratch { x, similarities, .. } = scratch;
         standardise(row, &self.input_shift, &self.input_scale, x);
-        similarities.clear();
-        similarities.extend(similarities_to(&self.landmarks, self.length_scale, x));
+        similarities.resize(self.landmarks.len(), 0.0);
+        self.landmarks.similarities(self.length_scale, x, similarities);
     }
 }
 
@@ -210,17 +212,115 @@ pub(super) fn standardise(row: &[f64], shift: &[f64], scale: &[f64], out: &mut V
     out.extend(columns.map(|((value, shift), scale)| (value - shift) * scale));
 }
 
-/// Returns the kernel between a standardised row and each landmark.
-pub(super) fn similarities_to(
-    landmarks: &[Vec<f64>],
-    length_scale: f64,
-    x: &[f64],
-) -> impl Iterator<Item = f64> {
-    let factor = -0.5 / (length_scale * length_scale);
-    let landmarks = landmarks.iter();
-    landmarks.map(move |landmark| (factor * square_distance(landmark, x)).exp())
+/// Landmarks of a kernel. They are stored input by input, so that a sample is compared with several landmarks at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Vec<Vec<f64>>", into = "Vec<Vec<f64>>")]
+pub struct Landmarks {
+    n: usize,
+    /// One row of m numbers for each input.
+    by_input: Vec<Vec<f64>>,
 }
 
-pub(super) fn square_distance(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+impl From<Vec<Vec<f64>>> for Landmarks {
+    /// Takes one row for each landmark. If a row of a file is too short, its missing numbers become NaN, which
+    /// [`Kernel::validate`] refuses.
+    fn from(rows: Vec<Vec<f64>>) -> Self {
+        let n_inputs = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let of_input =
+            |input| rows.iter().map(move |row| row.get(input).copied().unwrap_or(f64::NAN));
+        Self {
+            n: rows.len(),
+            by_input: (0..n_inputs).map(|input| of_input(input).collect()).collect(),
+        }
+    }
+}
+
+impl From<Landmarks> for Vec<Vec<f64>> {
+    fn from(landmarks: Landmarks) -> Self {
+        let row = |at| landmarks.by_input.iter().map(|column| column[at]).collect();
+        (0..landmarks.n).map(row).collect()
+    }
+}
+
+impl Landmarks {
+    #[expect(clippy::len_without_is_empty, reason = "a kernel always has landmarks")]
+    pub fn len(&self) -> usize {
+        self.n
+    }
+
+    /// Writes the squared distance of a standardised row from each landmark.
+    pub(super) fn square_distances(&self, x: &[f64], out: &mut [f64]) {
+        vectorised(
+            #[inline(always)]
+            || {
+                out.fill(0.0);
+                for (x, landmarks) in x.iter().zip(&self.by_input) {
+                    for (square, landmark) in out.iter_mut().zip(landmarks) {
+                        *square += (landmark - x) * (landmark - x);
+                    }
+                }
+            },
+        );
+    }
+
+    /// Writes the kernel between a standardised row and each landmark.
+    pub(super) fn similarities(&self, length_scale: f64, x: &[f64], out: &mut [f64]) {
+        let factor = -0.5 / (length_scale * length_scale);
+        self.square_distances(x, out);
+        vectorised(
+            #[inline(always)]
+            || out.iter_mut().for_each(|square| *square = exp_of_negative(factor * *square)),
+        );
+    }
+}
+
+/// Returns eˣ for −708 ≤ x ≤ 0, to a few units in the last place, and e⁻⁷⁰⁸ for smaller numbers. Unlike [`f64::exp`], it can be
+/// computed for several numbers at once. With x = n ln 2 + r, the result is 2ⁿ times the Taylor polynomial of eʳ.
+#[inline(always)]
+fn exp_of_negative(x: f64) -> f64 {
+    /// 1 / k! of each power k.
+    const TAYLOR: [f64; 14] = {
+        let (mut coefficients, mut k) = ([1.0; 14], 1);
+        while k < coefficients.len() {
+            coefficients[k] = coefficients[k - 1] / k as f64;
+            k += 1;
+        }
+        coefficients
+    };
+    /// After adding this number, the last bits of the sum are the nearest integer.
+    const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
+    /// First digits of ln 2. Their product with n is exact.
+    const LN_2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+    const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+    const EXPONENT_BIAS: u64 = 1023;
+    let x = x.max(-708.0);
+    let rounded = x * std::f64::consts::LOG2_E + ROUND;
+    let n = rounded - ROUND;
+    let r = (x - n * LN_2_HIGH) - n * LN_2_LOW;
+    let series = TAYLOR.iter().rev().fold(0.0, |sum, coefficient| sum * r + coefficient);
+    series * f64::from_bits((rounded.to_bits().wrapping_add(EXPONENT_BIAS)) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponential_function_is_exact_to_a_few_last_digits() {
+        for k in 0..700_000 {
+            let x = -1e-3 * f64::from(k);
+            let relative = exp_of_negative(x) / x.exp() - 1.0;
+            assert!(relative.abs() < 5e-16, "{x}: {relative:e}");
+        }
+        assert_eq!(exp_of_negative(0.0), 1.0);
+        assert!(exp_of_negative(-1e6) < 1e-300);
+    }
+
+    #[test]
+    fn landmarks_of_a_file_with_a_short_row_are_refused() {
+        let landmarks: Landmarks = serde_json::from_str("[[1.0, 2.0], [3.0]]").unwrap();
+        assert!(landmarks.by_input[1][1].is_nan());
+        let rows = vec![vec![1.0, 2.0], vec![3.0, 4.0], vec![5.0, 6.0]];
+        assert_eq!(Vec::from(Landmarks::from(rows.clone())), rows);
+    }
 }

@@ -109,7 +109,9 @@ pub fn fit_and_score(
         held_out_parts.parts = held_out_parts.parts.min(MOST_FITS);
     }
     calibration.quality.compensated.cv_rmse = left_out.as_ref().and_then(PartSquares::rmse);
-    calibration.quality.band = band(&data, &past, &calibration);
+    if scores {
+        calibration.quality.band = band(&data, &past, &calibration);
+    }
     if let Some(moments) = moments {
         let errors = left_out_errors(&data, &moments, has_shares);
         let expected = expected_error_of_fit(&data, &calibration, &past, errors);
