@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::rows::is_overload;
+use super::{rows::is_overload, timeline};
 use crate::{
     formats::{
         Cell, Sample,
@@ -253,7 +253,11 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
         };
         let places = sample.places().map(|place| -> Vec<f64> {
             let cells = place.iter().filter_map(|row| row.get(index).copied());
-            cells.filter_map(time).collect()
+            let mut times = cells.filter_map(time).collect::<Vec<f64>>();
+            if form == Some(TimeForm::TimeOfDay) {
+                timeline::count_days(&mut times);
+            }
+            times
         });
         let steps = Steps::of(places);
         let mut different: Vec<u64> = numbers.iter().map(|value| value.to_bits()).collect();

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{RowClock, cells, numbers_in, pairs_as_json, without_stamp},
+    device_rows::{RowClock, cells, pairs_as_json, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side},
@@ -23,7 +23,7 @@ use super::{
 use crate::{
     formats::{
         LineKeys, Opened, Part,
-        text::{Decimal, Head, TextLayout},
+        text::{Decimal, Head, TextLayout, numbers_in},
     },
     import::{
         error::{ReadError, TableError},
@@ -285,7 +285,9 @@ impl LiveTable {
             _ => without_stamp(line),
         };
         let (numbers, text) = self.text.as_ref().map(|_| numbers_in(row)).unzip();
-        let numbers = numbers.map(|numbers| numbers.join(","));
+        let numbers = numbers.map(|places| {
+            places.into_iter().map(|place| &row[place]).collect::<Vec<_>>().join(",")
+        });
         let row = numbers.as_deref().unwrap_or(row);
         let other = (text != self.text)
             .then(|| "the text between its numbers differs from that of the first rows".to_owned());

@@ -269,18 +269,6 @@ fn clocks_that_cannot_be_joined_give_an_error_with_the_reason() {
     assert!(gone.to_string().contains("a_ref.csv: the file cannot be read"), "{gone}");
 }
 
-#[test]
-fn a_held_reference_is_reported() {
-    let mut text = String::from("t_s,S1,Fx\n");
-    for k in 0..200 {
-        text.push_str(&format!("{},{},{}\n", k as f64 / 100.0, k, k / 4));
-    }
-    let folder = Folder::with(&[("run.csv", &text)]);
-    let loaded = read(&folder.path("run.csv"), None, &[], &Progress::default()).unwrap();
-    let messages = loaded.warnings[0].to_string();
-    assert!(messages.contains("changes only every 4 samples (sample-and-hold)"), "{messages}");
-}
-
 const NET_FT: &str = "Start Time: Nov 5, 2026, 3:00:00 PM\nRDT Sample Rate: 100\nForce Units: N\n\
     Counts per Unit Force: 1000\nTorque Units: N-mm\nCounts per Unit Torque: 10\n\
     Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time\n\

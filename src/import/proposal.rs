@@ -4,6 +4,7 @@
 //! Guarantees: a table of numbers always gets roles by which it can be read. What a column map leaves out is proposed. What the
 //! columns do not show and what changes a result is a [`Question`] with its shortest answer.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 
@@ -24,7 +25,7 @@ use super::{
 use crate::{
     formats::{
         Cell, Opened, Sample,
-        column_name::Kind,
+        column_name::{Kind, is_identifier},
         text::{Decimal, Head, Preamble, TextLayout, times::TimeForm},
     },
     recording::Axis,
@@ -180,6 +181,7 @@ impl<'a> Proposal<'a> {
         if let Some(&index) = self.free(is_group).first() {
             self.give(index, ColumnRole::Group, Reason::Name);
         }
+        self.sensors();
         let has_named_gauges = self.columns.iter().any(|own| own.named.kind == Some(Kind::Gauge));
         self.is_by_names = has_named_gauges && self.has(|role| role == ColumnRole::Time);
         self.unnamed_loads();
@@ -354,7 +356,7 @@ impl<'a> Proposal<'a> {
             };
             why = if times.first().is_some_and(is_called) { Reason::Name } else { Reason::Clock };
         }
-        if times.is_empty() && self.names().is_empty() {
+        if times.is_empty() {
             why = Reason::Clock;
             times = self.nameless_clock();
         }
@@ -409,7 +411,8 @@ impl<'a> Proposal<'a> {
             let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
                 && !own.counts_rows()
                 && !are_cases;
-            own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
+            let is_nameless = own.named.name.is_empty();
+            is_nameless && own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
         });
         clocks.truncate(1);
         clocks
@@ -601,6 +604,22 @@ impl<'a> Proposal<'a> {
         }
         if !clocks.is_empty() && self.names().is_empty() {
             self.open(About::ReferenceClock, clocks);
+        }
+    }
+
+    /// Asks whether the rows belong to several sensors, if a column with a suitable name has few different values.
+    fn sensors(&mut self) {
+        const MOST_SENSORS: usize = 8;
+        let is_it = |own: &ColumnReport| {
+            let cells = self.rows.iter().filter_map(|row| row.get(own.number - 1)?.written());
+            let different: BTreeSet<&[u8]> = cells.filter(|cell| !cell.is_empty()).collect();
+            is_identifier(&own.named.name)
+                && own.named.kind.is_none()
+                && own.content == Content::Text
+                && (2..=MOST_SENSORS.min(self.rows.len() / 3)).contains(&different.len())
+        };
+        if let Some(&index) = self.free(is_it).first() {
+            self.open(About::Sensors, vec![index + 1]);
         }
     }
 

@@ -94,10 +94,6 @@ pub enum Cause {
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
     )]
     TurnByTurn,
-    #[error(
-        "the reference changes only every {samples_each} samples (sample-and-hold), so it lags behind the gauges by up to as many"
-    )]
-    HeldReference { samples_each: usize },
     #[error("no reference load near the time {time_secs} s of a gauge sample. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
     #[error("the orientation in the pose is not a rotation. Row skipped")]
@@ -124,6 +120,8 @@ pub enum Cause {
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
+    #[error("{how}")]
+    Reshaped { how: &'static str },
     #[error("the file ends in the middle of the data. All complete rows are read")]
     EndsEarly,
 }
@@ -138,10 +136,9 @@ impl Cause {
             | Self::LeftOut { .. }
             | Self::EndsEarly
             | Self::NoReferenceThen { .. } => Id::PartsIgnored,
-            Self::ExpectedComma
-            | Self::ConstantGauge { .. }
-            | Self::HeldAuxiliary { .. }
-            | Self::HeldReference { .. } => Id::Values,
+            Self::ExpectedComma | Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. } => {
+                Id::Values
+            }
             Self::NewRecording { .. }
             | Self::NewestFirst
             | Self::WrappedClock { .. }

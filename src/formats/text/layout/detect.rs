@@ -50,6 +50,7 @@ pub fn detect(head: &[u8]) -> Option<TextLayout> {
     };
     let first_row =
         (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at) && is_of_table(at));
+    let first_row = first_row.map(|row| of_longest_table(&lines, row, delimiter));
     let header = match first_row {
         Some(0) => None,
         Some(row) => {
@@ -76,7 +77,8 @@ pub fn detect(head: &[u8]) -> Option<TextLayout> {
     })
 }
 
-fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
+/// Returns true if a cell holds a number or a time.
+pub fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
     number(cell).is_some()
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
         || unmistakable_number(cell).is_some()
@@ -157,6 +159,22 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     is_rowlike(first.text, delimiter) && following.all(is_like)
 }
 
+/// Returns the first row of the longest of several tables that follow each other, such as results and data, each below names
+/// of its own. The first table begins at `row`. The same names again belong to the same table.
+fn of_longest_table(lines: &[Line], row: usize, delimiter: Delimiter) -> usize {
+    let n_rows =
+        |at: usize| lines[at..].iter().take_while(|line| is_rowlike(line.text, delimiter)).count();
+    let above = |at: usize| at.checked_sub(1).map_or(&b""[..], |above| lines[above].text);
+    let is_start = |at: &usize| {
+        matches!(counts(above(*at), delimiter), (0, 2..))
+            && above(*at) != above(row)
+            && is_first_row(&lines[*at..], delimiter)
+    };
+    (row + 1..lines.len())
+        .filter(is_start)
+        .fold(row, |longest, at| if n_rows(at) > n_rows(longest) { at } else { longest })
+}
+
 /// Returns the cells of a line; `None` if all of them are values.
 pub fn words(text: &[u8]) -> Option<Vec<String>> {
     (!holds_only_values(text)).then(|| names(text, delimiter_of_header(text)))
@@ -168,10 +186,14 @@ pub fn is_header(cells: &[String]) -> bool {
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header.
+/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header. Blanks between
+/// the words of a header above a single column do not.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     let row = lines.iter().skip(1).find(|line| holds_only_values(line.text));
-    row.is_none_or(|row| is_rowlike(row.text, delimiter))
+    let is_cut = |row: &Line| {
+        delimiter != Delimiter::Spaces || Cells::new(row.text, delimiter).nth(1).is_some()
+    };
+    row.is_none_or(|row| is_rowlike(row.text, delimiter) && is_cut(row))
 }
 
 /// Returns the index of the header of a row of numbers. It is the nearest line above the row that has the same number of cells,
