@@ -153,7 +153,8 @@ impl ColumnReport {
 
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
     pub(crate) fn is_counter(&self) -> bool {
-        self.counts_up || self.named.is_counter(self.is_whole)
+        let is_count = self.is_monotone && self.named.name.eq_ignore_ascii_case("count");
+        self.counts_up || is_count || self.named.is_counter(self.is_whole)
     }
 
     /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1

@@ -58,7 +58,7 @@ pub struct Labelled {
 }
 
 /// Returns the numbers of a line in which each number has a label; `None` for any other line. A label ends with `:` or `=`. If
-/// it is the only one of the line, it may also be plain words.
+/// it is the only one of the line, it may also be plain words. The later ones of several numbers behind a label are counted.
 pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
     /// Maximum number of words in a label. A line with more is a message for people.
     const MOST_WORDS: usize = 4;
@@ -80,14 +80,23 @@ pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
     let (places, text) = numbers_in(&line[start..]);
     let mut parts = text.split(NUMBER);
     let mut label = parts.next()?;
+    let (mut of_several, mut n_of_label) = ("", 0);
     for (place, part) in places.iter().zip(parts) {
         let is_marked = label.ends_with([':', '=']) || is_alone && places.len() == 1;
         let words = label.trim_end_matches([':', '=', ' ']);
         let words = words.trim_start_matches(|c: char| !c.is_alphanumeric());
-        let n_words = words.split(' ').count();
-        if !is_marked || !words.contains(char::is_alphabetic) || n_words > MOST_WORDS {
-            return None;
+        n_of_label += 1;
+        if !words.is_empty() || n_of_label == 1 {
+            let n_words = words.split(' ').count();
+            if !is_marked || !words.contains(char::is_alphabetic) || n_words > MOST_WORDS {
+                return None;
+            }
+            (of_several, n_of_label) = (words, 1);
         }
+        let name = match n_of_label {
+            1 => of_several.to_owned(),
+            n => format!("{of_several} {n}"),
+        };
         let after = part.trim_start();
         let (unit, next) = match after.split_once([',', ';', '|']) {
             Some(parts) => parts,
@@ -99,7 +108,7 @@ pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
         let unit = unit.trim_matches(['(', ')', '[', ']', ' ']);
         let unit = if unit.contains(' ') { "" } else { unit }.to_owned();
         let place = start + place.start..start + place.end;
-        all.push(Labelled { place, label: words.to_owned(), unit });
+        all.push(Labelled { place, label: name, unit });
         label = next.trim();
     }
     (!places.is_empty()).then_some(all)
@@ -156,13 +165,13 @@ pub fn table(text: &[u8]) -> Option<Vec<u8>> {
     (!names.is_empty()).then_some(table)
 }
 
-/// Returns the numbers of a line with labels, each with its label and unit as the name of a column: `Force [N]`. Instead of a
-/// label, a number or time in front of the first label has [`NUMBER`]s.
+/// Returns the numbers of a line with labels, each with its label and unit as the name of a column: `Force [N]`. The name of a
+/// number or time in front of the first label begins with [`NUMBER`].
 fn cells(line: &[u8]) -> Option<Vec<(String, &[u8])>> {
     let text = str::from_utf8(line).ok().filter(|line| !line.starts_with('{'))?;
     let cell = |(at, number): (usize, Labelled)| {
         let name = match (number.label.as_str(), number.unit.as_str()) {
-            ("", _) => NUMBER.to_string().repeat(at + 1),
+            ("", _) => format!("{NUMBER}clock {}", at + 1),
             (label, "") => label.to_owned(),
             (label, unit) => format!("{label} [{unit}]"),
         };
@@ -187,8 +196,9 @@ mod tests {
         assert_eq!(names("Weight 12.5 g\r"), ["Weight [g]"]);
         assert_eq!(names("Raw: -27536    Weight: 0.5 g"), ["Raw", "Weight [g]"]);
         assert_eq!(names("Load cell: 5 g, Raw = 7"), ["Load cell [g]", "Raw"]);
-        assert_eq!(names("[12:00:01.5] Fz: 5 (N)"), ["", "Fz [N]"]);
-        assert_eq!(names("2026-01-02 12:00:01,Weight: 5"), ["", "", "Weight"]);
+        assert_eq!(names("Force (N): [1 2.5  -3]"), ["Force (N)", "Force (N) 2", "Force (N) 3"]);
+        assert_eq!(names("[12:00:01.5] Fz: 5 (N)"), ["clock 1", "Fz [N]"]);
+        assert_eq!(names("2026-01-02 12:00:01,Weight: 5"), ["clock 1", "clock 2", "Weight"]);
         for other in ["0.1,ok,2.5", "1 2 3", "12:03:04 5", "a,b", "", "{\"t\":1}", "5 kg"] {
             assert_eq!(names(other), [""; 0], "{other}");
         }

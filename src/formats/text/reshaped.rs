@@ -1,7 +1,6 @@
 //! Tables of another shape than one row for each sample, as such tables: with labels in the rows, turned ones, with one row for
 //! each channel, and long ones, with the channels of a sample in successive rows.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::{cells::number, labels, layout::is_value, written::Delimiter};
@@ -77,8 +76,11 @@ impl<'a> Long<'a> {
             if names.len() < 2 || is_clock(&names[at]) || !may_be {
                 return None;
             }
-            let mut identifiers = BTreeSet::new();
-            let is_too_many = |cell| identifiers.insert(cell) && identifiers.len() > MOST_CHANNELS;
+            let mut identifiers = Vec::new();
+            let is_too_many = |cell| {
+                identifiers.extend((!identifiers.contains(&cell)).then_some(cell));
+                identifiers.len() > MOST_CHANNELS
+            };
             if cells().any(is_too_many) || !(2..=MOST_CHANNELS).contains(&identifiers.len()) {
                 return None;
             }
@@ -96,7 +98,7 @@ impl<'a> Long<'a> {
             // Numbers may be a signal that takes few values.
             let percent = if are_words { 50 } else { 90 };
             let is_long = n_whole >= FEWEST_SAMPLES && 100 * n_whole >= percent * samples.len();
-            let (names, identifiers) = (names.clone(), identifiers.into_iter().collect());
+            let names = names.clone();
             is_long.then_some(Self { names, rows, identifier: at, identifiers, samples })
         })
     }

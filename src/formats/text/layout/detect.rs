@@ -214,7 +214,11 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         };
         (fits || names_first()) && (n > 1 || n_row == 1 && row == 1)
     };
-    let is_alone = |at: &usize| n_row > 1 && is_lone_word(lines[*at].text, delimiter);
+    // A title stands in the first cell. The first column may lack a name.
+    let is_alone = |at: &usize| {
+        let text = lines[*at].text;
+        n_row > 1 && is_lone_word(text, delimiter) && !starts_blank(text, delimiter)
+    };
     let may_be = |at: &usize| !is_note(lines[*at].text, delimiter) && !is_alone(at);
     let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
     let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
@@ -255,13 +259,18 @@ pub fn end_of_table(
     (is_blank(blank) && !after.iter().all(is_blank)).then_some(table[last].end)
 }
 
+fn starts_blank(text: &[u8], delimiter: Delimiter) -> bool {
+    Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty)
+}
+
 /// Returns true if a line below the header is part of the header: it holds units, or names of columns whose cells in the first
 /// line of the header are blank.
 fn is_below_names(names_above: &[u8], text: &[u8], delimiter: Delimiter) -> bool {
-    let starts_blank = |text| Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty);
     let (n_values, n_others) = counts(text, delimiter);
-    let is_second_row =
-        n_values == 0 && n_others > 1 && starts_blank(text) && !starts_blank(names_above);
+    let is_second_row = n_values == 0
+        && n_others > 1
+        && starts_blank(text, delimiter)
+        && !starts_blank(names_above, delimiter);
     is_units_row(text, delimiter) || is_second_row
 }
 
