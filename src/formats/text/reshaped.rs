@@ -3,7 +3,13 @@
 
 use std::ops::Range;
 
-use super::{cells::number, labels, layout::is_value, written::Delimiter};
+use super::{
+    cells::{Cells, delimiter_of_header, lines, number},
+    labels,
+    layout::is_value,
+    serial_monitor,
+    written::Delimiter,
+};
 use crate::formats::column_name::{ColumnName, Kind, is_any_unit, is_identifier, is_one_of};
 
 /// Maximum length of a file whose table is reshaped (bytes). The table is held in memory.
@@ -20,6 +26,13 @@ pub fn reshaped<'a>(
     if let Some(table) = labels::table(text) {
         return Some((table, "each number has a label, which names its column"));
     }
+    if let Some(table) = serial_monitor::table(text) {
+        return Some((table, "the time in front of each line is a column"));
+    }
+    if lines(text).next().is_some_and(is_quoted) && lines(text).all(is_quoted) {
+        let bare: Vec<u8> = text.iter().copied().filter(|byte| *byte != b'"').collect();
+        return Some((bare, "each line stands in quotes"));
+    }
     let rows = rows(text);
     let is_turned = rows.len() > 1 && rows.iter().all(|row| is_channel(row, rows.len()));
     if is_turned {
@@ -31,6 +44,14 @@ pub fn reshaped<'a>(
     }
     let how = "the channels of a sample stand in successive rows, which are read as one row";
     Some((Long::of(&rows)?.text(), how))
+}
+
+/// Returns true if quotes surround several cells of a line. In a single one, a comma may be the decimal mark.
+fn is_quoted(line: &[u8]) -> bool {
+    let inside = line.trim_ascii().strip_prefix(b"\"").and_then(|line| line.strip_suffix(b"\""));
+    inside.is_some_and(|cells| {
+        !cells.contains(&b'"') && Cells::new(cells, delimiter_of_header(cells)).nth(2).is_some()
+    })
 }
 
 /// Returns true if a row holds a name, perhaps a unit, and many more numbers than the table has rows.
@@ -164,7 +185,6 @@ fn is_clock(name: &ColumnName) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::cells::lines;
     use super::*;
 
     fn text(rows: &str) -> String {
@@ -174,6 +194,12 @@ mod tests {
         };
         let text = reshaped(text.leak().as_bytes(), rows).map_or(Vec::new(), |found| found.0);
         String::from_utf8(text).unwrap().replace('\t', ",").replace('\n', " ")
+    }
+
+    #[test]
+    fn quotes_around_lines_are_left_out() {
+        assert_eq!(text("\"-5,2,2\" \"-4,2,1\""), "-5,2,2 -4,2,1");
+        assert_eq!(text("\"1,5\" \"2,5\""), "");
     }
 
     #[test]
