@@ -61,7 +61,7 @@ pub struct Labelled {
 /// it is the only one of the line, it may also be plain words. The later ones of several numbers behind a label are counted.
 pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
     /// Maximum number of words in a label. A line with more is a message for people.
-    const MOST_WORDS: usize = 4;
+    const MOST_WORDS: usize = 6;
     let mut all: Vec<Labelled> = Vec::new();
     let mut start = 0;
     loop {
@@ -84,7 +84,8 @@ pub fn labelled(line: &str) -> Option<Vec<Labelled>> {
     for (place, part) in places.iter().zip(parts) {
         // A list may begin with a bracket.
         label = label.trim_end_matches(['[', '(', ' ']);
-        let is_marked = label.ends_with([':', '=']) || is_alone && places.len() == 1;
+        let is_only = is_alone && places.len() == 1 && !label.ends_with([',', ';']);
+        let is_marked = label.ends_with([':', '=']) || is_only;
         let words = label.trim_end_matches([':', '=', ' ']);
         let words = words.trim_start_matches(|c: char| !c.is_alphanumeric());
         n_of_label += 1;
@@ -204,7 +205,8 @@ mod tests {
         assert_eq!(names("Force (N): [1 2.5  -3]"), ["Force (N)", "Force (N) 2", "Force (N) 3"]);
         assert_eq!(names("[12:00:01.5] Fz: 5 (N)"), ["clock 1", "Fz [N]"]);
         assert_eq!(names("2026-01-02 12:00:01,Weight: 5"), ["clock 1", "clock 2", "Weight"]);
-        for other in ["0.1,ok,2.5", "1 2 3", "12:03:04 5", "a,b", "", "{\"t\":1}", "5 kg"] {
+        for other in ["ok,2.5", "0.1,ok,2.5", "1 2 3", "12:03:04 5", "a,b", "", "{\"t\":1}", "5 kg"]
+        {
             assert_eq!(names(other), [""; 0], "{other}");
         }
     }
