@@ -251,6 +251,14 @@ impl Opened {
         }
     }
 
+    /// Returns how the table of a text was brought into the shape of one row for each sample, if it had another one.
+    pub fn reshaped(&self) -> Option<&'static str> {
+        match &self.table {
+            Table::Text(text) => text.reshaped,
+            Table::Columns(_) => None,
+        }
+    }
+
     pub fn columns(&self) -> Option<&Columns> {
         match &self.table {
             Table::Text(_) => None,

@@ -62,7 +62,7 @@ pub fn settle_times(plan: &Plan, rows: &mut Rows) {
     }
     rows.zero_secs = plan.since as f64 / per_second;
     if plan.is_time_of_day() {
-        count_days(&mut rows.times);
+        timeline::count_days(&mut rows.times);
     }
     // Division by a number below one makes the times larger, possibly too large for a floating-point number.
     if per_second < 1.0
@@ -76,30 +76,6 @@ pub fn settle_times(plan: &Plan, rows: &mut Rows) {
         rows.note_row(row, cause);
         let is_finite: Vec<bool> = rows.times.iter().map(|time| time.is_finite()).collect();
         rows.retain(|row| is_finite[row]);
-    }
-}
-
-/// Adds a day to times of day (s) after each midnight, so that times count from the first midnight.
-fn count_days(times: &mut [f64]) {
-    const DAY_SECS: f64 = 86_400.0;
-    let mut midnight = 0.0;
-    let mut before = f64::NEG_INFINITY;
-    for time in times {
-        if *time + midnight < before - 0.5 * DAY_SECS {
-            midnight += DAY_SECS;
-        }
-        *time += midnight;
-        before = *time;
-    }
-}
-
-pub fn note_held_reference(plan: &Plan, rows: &mut Rows) {
-    if plan.is_static {
-        return;
-    }
-    if let Some(samples_each) = timeline::held_for(&rows.loads, plan.axes.len()) {
-        let cause = Cause::HeldReference { samples_each };
-        rows.findings.note(plan.line, cause);
     }
 }
 

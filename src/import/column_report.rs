@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::rows::is_overload;
+use super::{rows::is_overload, timeline};
 use crate::{
     formats::{
         Cell, Sample,
@@ -153,7 +153,8 @@ impl ColumnReport {
 
     /// Returns true if the name or the values are those of a count of rows, cycles or frames.
     pub(crate) fn is_counter(&self) -> bool {
-        self.counts_up || self.named.is_counter(self.is_whole)
+        let is_count = self.is_monotone && self.named.name.eq_ignore_ascii_case("count");
+        self.counts_up || is_count || self.named.is_counter(self.is_whole)
     }
 
     /// Returns true if the column may be a count of rows, poses or repetitions: its numbers are whole and increase by 0 or 1
@@ -253,7 +254,11 @@ pub fn described(text: &TextLayout, head: &Head, sample: &Sample<'_>) -> Vec<Col
         };
         let places = sample.places().map(|place| -> Vec<f64> {
             let cells = place.iter().filter_map(|row| row.get(index).copied());
-            cells.filter_map(time).collect()
+            let mut times = cells.filter_map(time).collect::<Vec<f64>>();
+            if form == Some(TimeForm::TimeOfDay) {
+                timeline::count_days(&mut times);
+            }
+            times
         });
         let steps = Steps::of(places);
         let mut different: Vec<u64> = numbers.iter().map(|value| value.to_bits()).collect();

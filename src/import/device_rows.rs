@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::map::{ColumnMap, Rest};
 use crate::{
-    formats::text::{Delimiter, TextLayout, cells::Cells, stamped, times::TimeForm},
+    formats::text::{Delimiter, TextLayout, cells::Cells, labelled, stamped, times::TimeForm},
     import::timeline,
     recording::{gap::median_step, units::TimeUnit},
 };
@@ -19,9 +19,6 @@ const LEAST_STEP_SECS: f64 = 1e-6;
 /// Names of the time in rows of plain numbers, in one column or in two.
 const TIME: [&str; 1] = ["time"];
 const STAMP: [&str; 2] = ["stamp.sec", "stamp.nanosec"];
-
-/// Place of a number in the text of a line.
-pub const NUMBER: char = '\0';
 
 /// Source of live rows, with the gauges and auxiliary channels that it must supply: those of the calibration, in the
 /// calibration's order.
@@ -152,68 +149,17 @@ pub fn numbers(line: &str) -> Option<Vec<f64>> {
     cells(line, layout.delimiter).map(|cell| Some(layout.number(cell)?.0)).collect()
 }
 
-/// Returns the numbers of a line, whatever stands between them, and the other text of the line, with [`NUMBER`] in the place
-/// of each. Digits in a word (`a0`, `0x13`, `12:00`) or in front of `:` or `=`, and a number behind a separate minus, are
-/// text.
-pub fn numbers_in(line: &str) -> (Vec<&str>, String) {
-    let is_digit = |c: char| c.is_ascii_digit();
-    let is_end = |c: char| c.is_ascii() && !c.is_alphanumeric() && !"+-.:=_/'^".contains(c);
-    let (mut numbers, mut text) = (Vec::new(), String::new());
-    for word in line.split_inclusive(is_end) {
-        let (label, value) = word.split_at(word.rfind([':', '=']).map_or(0, |at| at + 1));
-        let (number, unit) = value.split_at(number_length(value));
-        let is_text = number.is_empty()
-            || label.starts_with(is_digit)
-            || unit.contains(is_digit)
-            || text.trim_end().ends_with(['-', '−', '–']);
-        text.push_str(label);
-        if is_text {
-            text.push_str(value);
-        } else {
-            numbers.push(number);
-            text.push(NUMBER);
-            text.push_str(unit);
-        }
-    }
-    (numbers, text.split_whitespace().collect::<Vec<_>>().join(" "))
-}
-
-/// Returns the length (bytes) of the number with which a text begins; 0 if it begins with none.
-fn number_length(text: &str) -> usize {
-    /// Maximum length of a number.
-    const LONGEST: usize = 40;
-    let ends_number =
-        |n: &usize| text.as_bytes()[n - 1].is_ascii_digit() && text[..*n].parse::<f64>().is_ok();
-    (1..=text.len().min(LONGEST)).rev().find(ends_number).unwrap_or(0)
-}
-
-/// Returns the value of a pair without its unit.
-fn without_unit(value: &str) -> &str {
-    let number = value.trim_end_matches(|c: char| !c.is_ascii_digit());
-    if number.is_empty() { value } else { number }
-}
-
-fn pairs(line: &str) -> Option<Vec<(&str, &str)>> {
-    let cells = line.split([',', ';', '\t', ' ']).filter(|cell| !cell.is_empty());
-    // Some devices write a blank between the colon and the value of a pair.
-    let mut joined: Vec<(&str, &str)> = Vec::new();
-    for cell in cells {
-        match (cell.split_once([':', '=']), joined.last_mut()) {
-            (Some((name, value)), _) if !name.is_empty() => joined.push((name, value)),
-            (None, Some((_, value))) if value.is_empty() => *value = cell,
-            // A unit stands behind the value.
-            (None, Some(_)) if !cell.contains(|c: char| c.is_ascii_digit()) => {}
-            _ => return None,
-        }
-    }
-    joined.iter_mut().for_each(|(_, value)| *value = without_unit(value));
-    (!joined.is_empty()).then_some(joined)
+/// Returns the names and numbers of a line in which each number has a name.
+fn pairs(line: &str) -> Option<Vec<(String, &str)>> {
+    let numbers = labelled(line)?.into_iter();
+    let pairs: Vec<_> = numbers.map(|own| (own.label, &line[own.place])).collect();
+    pairs.iter().all(|(name, _)| !name.is_empty()).then_some(pairs)
 }
 
 /// Returns a line of pairs as a JSON line; an empty one for any other line.
 pub fn pairs_as_json(line: &str) -> String {
     let text = |text: &str| serde_json::Value::from(text).to_string();
-    let member = |(name, value)| format!("{}:{}", text(name), text(value));
+    let member = |(name, value): (String, &str)| format!("{}:{}", text(&name), text(value));
     let members: Vec<String> = pairs(line).into_iter().flatten().map(member).collect();
     format!("{{{}}}", members.join(","))
 }

@@ -550,3 +550,99 @@ fn trials_are_groups_and_a_nul_ends_a_line() {
     let loaded = read_as(&text.replace('\n', "\0\n").replace('\t', &blanks), "time gauge Fz");
     assert_eq!(loaded.recordings[0].loads()[3], 3.0);
 }
+
+/// Labels in front of the numbers are the names of columns, and units behind the numbers are theirs, in one line or in several.
+#[test]
+fn labels_in_each_line_name_the_columns() {
+    let lines = |line: &dyn Fn(f64) -> String| -> String {
+        let all = (0..60).map(|k| line(f64::from(k)) + "\n");
+        "HX711 started\nTare: 8388\n".to_owned() + &all.collect::<String>()
+    };
+    let wave = |k: f64| (k % 9.0 - 4.0) / 4.0;
+    let pairs = lines(&|k| format!("t:{} ax:{} Force = {} kN", 0.1 * k, wave(k), 2.0 * wave(k)));
+    let loaded = read_as(&pairs, "time gauge Fz");
+    assert_rate(&loaded.recordings[0], 10.0);
+    assert_largest(&loaded, 2000.0);
+    let of_scale = lines(&|k| format!("Weight: {} g", 100.0 * wave(k)));
+    assert_eq!(read_as(&of_scale, "Fz").recordings[0].n_samples(), 60);
+    let stamped = lines(&|k| format!("12:03:{:02}.000 -> Weight: {k} kg", k));
+    assert_rate(&read_as(&stamped, "time Fz").recordings[0], 1.0);
+    let blocks = lines(&|k| format!("ADC:{}\nFiltered force: {} N\n", 7.0 * wave(k), wave(k)));
+    let loaded = read_as(&blocks, "gauge Fz");
+    assert_eq!(loaded.recordings.iter().map(Recording::n_samples).sum::<usize>(), 60);
+}
+
+/// A file may hold one row for each channel, or the channels of a sample in successive rows.
+#[test]
+fn rows_of_channels_become_columns() {
+    let row = |name: &str, value: &dyn Fn(f64) -> f64| -> String {
+        let values: Vec<String> = (0..60).map(|k| value(f64::from(k)).to_string()).collect();
+        format!("{name},{}\n", values.join(","))
+    };
+    let wave = |k: f64| (k % 9.0 - 4.0) / 4.0;
+    let turned =
+        row("t [s]", &|k| 0.01 * k) + &row("S1", &wave) + &row("Fz [N]", &|k| 5.0 * wave(k));
+    let loaded = read_as(&turned, "time gauge Fz");
+    assert_rate(&loaded.recordings[0], 100.0);
+    assert_largest(&loaded, 5.0);
+    let long = |clock: &dyn Fn(f64) -> f64, names: [&str; 2]| -> String {
+        let rows = (0..60).map(f64::from).map(|k| {
+            let [first, second] = names;
+            format!("{},{first},{}\n{},{second},{}\n", clock(k), wave(k), clock(k), 5.0 * wave(k))
+        });
+        "time [s],channel,value\n".to_owned() + &rows.collect::<String>()
+    };
+    let loaded = read_as(&long(&|k| 0.1 * k, ["S1", "Fz"]), "time gauge Fz");
+    assert_rate(&loaded.recordings[0], 10.0);
+    assert_largest(&loaded, 5.0);
+    read_as(&long(&|k| 0.1 * k, ["1", "2"]), "time gauge gauge");
+}
+
+/// The rows of one sensor follow those of another one. Only the user knows whether they are one sensor.
+#[test]
+fn several_sensors_in_one_column_are_a_question() {
+    let rows = |sensor: &str| -> String {
+        (0..60).map(|k| format!("{},{sensor},{}\n", 0.1 * f64::from(k), k % 7)).collect()
+    };
+    let text = "time [s],device,raw\n".to_owned() + &rows("left") + &rows("right");
+    let loaded = TestFile::new(&text).read().unwrap();
+    assert_eq!(loaded.asked().unwrap().1.as_deref(), Some("device=group"));
+    assert_eq!(answered(&text, "device=group").recordings.len(), 2);
+}
+
+/// Results of a test may stand above its data, with names of their own.
+#[test]
+fn the_longest_of_several_tables_is_read() {
+    let results = "Results\nNo,Max force,Strain\n,(N),(%)\n1,120,3\n2,130,4\n3,125,5\n4,110,5\n\n";
+    let rows: String =
+        (0..60).map(|k| format!("{},{},{}\n", 0.1 * f64::from(k), k % 7, k % 5)).collect();
+    let text = format!("{results}Time,Extension,Load\n(s),(mm),(kN)\n{rows}");
+    let loaded = read_as(&text, "time channel Fz");
+    assert_eq!(loaded.recordings[0].n_samples(), 60);
+    // A logger that starts anew repeats its names.
+    let again = "time,S1,Fz\n0,1,2\n1,2,3\n2,1,3\ntime,S1,Fz\n0,1,2\n1,2,3\n2,1,3\n3,2,4\n";
+    assert_eq!(read_as(again, "time gauge Fz").recordings.len(), 2);
+}
+
+/// A clock may pass midnight, and the first column may lack a name. A title is no name of a column.
+#[test]
+fn clocks_without_a_date_or_a_name_are_found() {
+    let rows: String = (0..40)
+        .map(|k| {
+            format!("{:02}:{:02}:00;{}\n", (23 + (k + 40) / 60) % 24, (k + 40) % 60, k * k % 7)
+        })
+        .collect();
+    for header in ["", "Uhrzeit;Kanal 1\n"] {
+        let loaded = read_as(&format!("{header}{rows}"), "time gauge");
+        assert_eq!(loaded.recordings.len(), 1);
+        assert_rate(&loaded.recordings[0], 1.0 / 60.0);
+    }
+    let nameless = table("\tsignal", 60, |k| vec![0.25 * k, (k / 9.0).sin()]);
+    assert_rate(&read_as(&nameless, "time gauge").recordings[0], 4.0);
+    let one: String = (0..40).map(|k| format!("{}\n", k * k % 7)).collect();
+    read_as(&format!("Readings of the load cell\n{one}"), "gauge");
+    let three = table("Sample 7", 40, |k| vec![0.1 * k, k * k % 7.0, k % 5.0]).replace('\t', ",");
+    read_as(&three, "time gauge gauge");
+    let counted = table("Count\tsignal", 40, |k| vec![3.0 * k, (k / 9.0).sin()]);
+    read_as(&counted, "channel gauge");
+}

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 pub use super::device_rows::{LiveSource, RowForm};
 use super::{
-    device_rows::{RowClock, cells, numbers_in, pairs_as_json, without_stamp},
+    device_rows::{RowClock, cells, pairs_as_json, without_stamp},
     error::{at, of_file},
     map::{ColumnMap, ColumnRole, ColumnRule, Header},
     plan::{Plan, Side},
@@ -23,7 +23,7 @@ use super::{
 use crate::{
     formats::{
         LineKeys, Opened, Part,
-        text::{Decimal, Head, TextLayout},
+        text::{Head, TextLayout, numbers_in},
     },
     import::{
         error::{ReadError, TableError},
@@ -222,10 +222,7 @@ impl LiveTable {
             Some(map) => map.table.text.clone(),
             None => {
                 let text = opened.layout().ok_or_else(no_header)?;
-                // Numbers with a decimal comma are read with either decimal mark.
-                let is_open = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
-                let decimal = if is_open { Decimal::Point } else { text.decimal };
-                TextLayout { header: true, skip_rows: 0, decimal, ..text }
+                TextLayout { header: true, skip_rows: 0, ..text.with_either_mark() }
             }
         };
         let head = opened.head(&text).ok_or_else(no_header)?;
@@ -285,7 +282,9 @@ impl LiveTable {
             _ => without_stamp(line),
         };
         let (numbers, text) = self.text.as_ref().map(|_| numbers_in(row)).unzip();
-        let numbers = numbers.map(|numbers| numbers.join(","));
+        let numbers = numbers.map(|places| {
+            places.into_iter().map(|place| &row[place]).collect::<Vec<_>>().join(",")
+        });
         let row = numbers.as_deref().unwrap_or(row);
         let other = (text != self.text)
             .then(|| "the text between its numbers differs from that of the first rows".to_owned());

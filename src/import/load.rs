@@ -142,9 +142,6 @@ impl<'a> Reading<'a> {
         if let Some(own) = &mut reference {
             own.rows.count_from(gauges.rows.zero_secs);
         }
-        if reference.is_none() {
-            assemble::note_held_reference(&gauges.plan, &mut gauges.rows);
-        }
         Ok(Sides { gauges, reference, mapped })
     }
 
@@ -159,7 +156,6 @@ impl<'a> Reading<'a> {
         let mut reference = self.table(&path, opened, table, side, weight)?;
         weigh::weigh(&mut reference, weight)?;
         two_clocks::check_reference(&reference)?;
-        assemble::note_held_reference(&reference.plan, &mut reference.rows);
         Ok(Some(reference))
     }
 
@@ -207,10 +203,10 @@ impl<'a> Reading<'a> {
 
 /// Returns warnings about parts of the file that are missing or are not read.
 fn about(opened: &Opened) -> Vec<Cause> {
+    let mut findings = Vec::from_iter(opened.reshaped().map(|how| Cause::Reshaped { how }));
     let Some(columns) = opened.columns() else {
-        return Vec::new();
+        return findings;
     };
-    let mut findings = Vec::new();
     if !columns.left_out.is_empty() {
         let names = columns.left_out.clone();
         findings.push(Cause::LeftOut { names });

@@ -4,6 +4,7 @@
 //! Guarantees: a table of numbers always gets roles by which it can be read. What a column map leaves out is proposed. What the
 //! columns do not show and what changes a result is a [`Question`] with its shortest answer.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::Path;
 
@@ -24,7 +25,7 @@ use super::{
 use crate::{
     formats::{
         Cell, Opened, Sample,
-        column_name::Kind,
+        column_name::{Kind, is_identifier},
         text::{Decimal, Head, Preamble, TextLayout, times::TimeForm},
     },
     recording::Axis,
@@ -94,11 +95,8 @@ pub fn mapped(
             if text.decimal == Decimal::Comma {
                 proposal.notes.push(Cause::ExpectedComma);
             }
-            // Texts with decimal commas may still have a number with a point in a later row.
-            let may_be_point = text.delimiter.allows_decimal_comma() && text.thousands.is_none();
-            let is_open = layout.is_none() && may_be_point;
-            let decimal = if is_open { Decimal::Point } else { text.decimal };
-            proposal.map(path, TextLayout { decimal, ..text.clone() })
+            let detected = layout.is_none().then(|| text.clone().with_either_mark());
+            proposal.map(path, detected.unwrap_or_else(|| text.clone()))
         }
     };
     let bare = proposal.loads_without_unit().map(|column| column.name.clone());
@@ -142,9 +140,6 @@ impl<'a> Proposal<'a> {
     }
 
     fn propose(&mut self, chosen: usize) {
-        if self.text.preamble.is_none() && self.text.skip_rows > 0 {
-            self.notes.push(Cause::SkippedPreamble { n_lines: self.text.skip_rows });
-        }
         for column in &mut self.columns {
             let unit = column.unit.as_deref();
             column.named.kind = column.named.kind.and_then(|kind| kind.with_unit(unit));
@@ -180,6 +175,7 @@ impl<'a> Proposal<'a> {
         if let Some(&index) = self.free(is_group).first() {
             self.give(index, ColumnRole::Group, Reason::Name);
         }
+        self.sensors();
         let has_named_gauges = self.columns.iter().any(|own| own.named.kind == Some(Kind::Gauge));
         self.is_by_names = has_named_gauges && self.has(|role| role == ColumnRole::Time);
         self.unnamed_loads();
@@ -354,7 +350,7 @@ impl<'a> Proposal<'a> {
             };
             why = if times.first().is_some_and(is_called) { Reason::Name } else { Reason::Clock };
         }
-        if times.is_empty() && self.names().is_empty() {
+        if times.is_empty() {
             why = Reason::Clock;
             times = self.nameless_clock();
         }
@@ -403,13 +399,16 @@ impl<'a> Proposal<'a> {
         // A setpoint and what follows it rise together.
         let n_rising = self.columns.iter().filter(|own| own.rises_from_zero).count();
         let is_only_one = n_rising == 1 && self.rows.len() >= UNEVEN_CLOCK_ROWS;
+        let has_names = !self.names().is_empty();
         let mut clocks = self.free(|own| {
             let is_uneven = own.number == 1 && own.rises_from_zero && is_only_one;
             let is_stamp = own.content == Content::Times || is_epoch(own);
             let is_clock = (own.is_even && own.min >= Some(0.0) || is_uneven)
                 && !own.counts_rows()
+                && !(has_names && own.is_whole)
                 && !are_cases;
-            own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
+            let is_nameless = own.named.name.is_empty();
+            is_nameless && own.runs_like_clock && own.is_filled && (is_stamp || is_clock)
         });
         clocks.truncate(1);
         clocks
@@ -601,6 +600,22 @@ impl<'a> Proposal<'a> {
         }
         if !clocks.is_empty() && self.names().is_empty() {
             self.open(About::ReferenceClock, clocks);
+        }
+    }
+
+    /// Asks whether the rows belong to several sensors, if a column with a suitable name has few different values.
+    fn sensors(&mut self) {
+        const MOST_SENSORS: usize = 8;
+        let is_it = |own: &ColumnReport| {
+            let cells = self.rows.iter().filter_map(|row| row.get(own.number - 1)?.written());
+            let different: BTreeSet<&[u8]> = cells.filter(|cell| !cell.is_empty()).collect();
+            is_identifier(&own.named.name)
+                && own.named.kind.is_none()
+                && own.content == Content::Text
+                && (2..=MOST_SENSORS.min(self.rows.len() / 3)).contains(&different.len())
+        };
+        if let Some(&index) = self.free(is_it).first() {
+            self.open(About::Sensors, vec![index + 1]);
         }
     }
 

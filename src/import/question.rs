@@ -35,6 +35,8 @@ pub enum About {
     Load,
     /// Which of these columns are the gauges? None of the columns is one.
     Gauges,
+    /// Do the rows belong to several sensors, which this column names?
+    Sensors,
     /// Which unit does each of these load columns have? The file gives none, and the values may be counts.
     LoadUnit,
 }
@@ -92,6 +94,7 @@ impl Question {
                 let has_loads = rules.any(|rule| rule.is.is_load());
                 !has_loads && map.weight.is_none() && map.reference.is_none()
             }
+            About::Sensors => asked.any(|own| own.is == ColumnRole::Ignore),
             About::LoadUnit => asked.any(|own| own.is.is_load() && own.unit.is_none()),
         }
     }
@@ -102,6 +105,7 @@ impl Question {
             About::ReferenceClock => "Is this the time of the reference?",
             About::Load => "Is this the reference load?",
             About::Gauges => "Is this a gauge?",
+            About::Sensors => "Are these several sensors?",
             About::LoadUnit => "Which unit?",
         }
     }
@@ -120,6 +124,7 @@ impl Question {
                 vec![("Yes".to_owned(), ColumnRole::TimeReference, None)]
             }
             (About::Gauges, _) => vec![("Yes".to_owned(), ColumnRole::Gauge, None)],
+            (About::Sensors, _) => vec![("No, groups".to_owned(), ColumnRole::Group, None)],
             (About::LoadUnit, _) if column.is_moment() => {
                 with_units(column.is, &["N·m", "N·mm", "lbf·in"])
             }
@@ -153,6 +158,7 @@ impl Question {
                 let gauge = asked.min_by_key(|own| own.is_other_quantity());
                 Vec::from_iter(gauge.map(|gauge| format!("{}=gauge", gauge.key(columns))))
             }
+            About::Sensors => asked.map(|own| format!("{}=group", own.key(columns))).collect(),
             About::LoadUnit => {
                 let answer = |own: &ColumnReport| {
                     let unit = match (own.is_moment(), own.named.is_mass()) {
@@ -192,6 +198,9 @@ impl Question {
                     "Which column is the reference load, and on which axis? It may be one of these: {names}."
                 )
             }
+            About::Sensors => format!(
+                "Do the rows belong to several sensors, which {names} tells? Then give each sensor a file of its own. If it is one sensor, give the column the role group."
+            ),
             About::LoadUnit => format!(
                 "Which unit does the load have in {names}? The file gives none, and the values need not be N or N·m. For counts, give the counts per unit, e.g. Fx=Fx N/1000."
             ),

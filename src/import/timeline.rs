@@ -99,6 +99,20 @@ pub fn is_newest_first(times: &[f64]) -> bool {
     back > 1 && back >= BACK_TO_FORWARD * forward
 }
 
+/// Adds a day to times of day (s) after each midnight, so that times count from the first midnight.
+pub fn count_days(times: &mut [f64]) {
+    const DAY_SECS: f64 = 86_400.0;
+    let mut midnight = 0.0;
+    let mut before = f64::NEG_INFINITY;
+    for time in times {
+        if *time + midnight < before - 0.5 * DAY_SECS {
+            midnight += DAY_SECS;
+        }
+        *time += midnight;
+        before = *time;
+    }
+}
+
 pub fn sort(rows: &mut Rows) {
     let mut order: Vec<usize> = (0..rows.times.len()).collect();
     order.sort_by(|a, b| rows.times[*a].total_cmp(&rows.times[*b]));
@@ -224,32 +238,6 @@ pub fn unwrap_counters(times: &mut [f64], gap_secs: Option<f64>) -> Option<(usiz
         times[row] += added;
     }
     first
-}
-
-/// Returns the number of samples for which a reference repeats each value, if this number is nearly constant. Then the
-/// reference is measured less often than it is written. With dead weights, loads are repeated often and for very different
-/// numbers of samples. With a continuously measured reference, most values are not repeated.
-pub fn held_for(loads: &[f64], n_axes: usize) -> Option<usize> {
-    const FEWEST_RUNS: usize = 30;
-    const LONGEST_RUN: usize = 100;
-    /// Maximum number of rows that are inspected. The start of a file suffices to see repeated values.
-    const INSPECTED_ROWS: usize = 20_000;
-    let mut runs = [0_usize; LONGEST_RUN + 1];
-    let (mut n_runs, mut length) = (0, 1);
-    let rows = || loads.chunks_exact(n_axes.max(1)).take(INSPECTED_ROWS);
-    for (before, row) in rows().zip(rows().skip(1)) {
-        if before == row {
-            length += 1;
-        } else {
-            runs[length.min(LONGEST_RUN)] += 1;
-            (n_runs, length) = (n_runs + 1, 1);
-        }
-    }
-    // The most frequent number of repetitions is counted together with its two neighbours, because the number varies by one.
-    let near = |length: usize| -> usize { runs[length - 1..=length + 1].iter().sum() };
-    let samples_each = (2..LONGEST_RUN).max_by_key(|&length| (near(length), runs[length]))?;
-    let is_steady = near(samples_each) * 10 >= n_runs * 7 && runs[1] * 2 < n_runs;
-    (n_runs >= FEWEST_RUNS && is_steady).then_some(samples_each)
 }
 
 impl Cuts {
@@ -384,24 +372,6 @@ mod tests {
     fn a_pause_set_by_the_user_is_not_a_rhythm() {
         let found = cuts(&runs(40, 15, 0.0004, 0.16), Some(0.1));
         assert_eq!((found.starts.len(), found.bursts), (39, None));
-    }
-
-    #[test]
-    fn a_held_reference_is_distinguished_from_weights_and_live_signals() {
-        let runs = |lengths: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
-            let run = |(k, length)| vec![[k as f64, 1.0]; length];
-            lengths.enumerate().flat_map(run).flatten().collect()
-        };
-        let held = runs(&mut (0..100).map(|k| 4 + k % 2));
-        assert!(matches!(held_for(&held, 2), Some(4 | 5)));
-        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 2)), 2), Some(2));
-        assert_eq!(held_for(&runs(&mut (0..100).map(|_| 1)), 2), None);
-        let sometimes_equal = (0..100).map(|k| if k % 4 == 0 { 2 } else { 1 });
-        assert_eq!(held_for(&runs(&mut sometimes_equal.clone()), 2), None);
-        assert_eq!(held_for(&runs(&mut (0..20).map(|_| 4)), 2), None);
-        let weights = (0..40).map(|k| 10 + (k * 7) % 60);
-        assert_eq!(held_for(&runs(&mut weights.clone()), 2), None);
-        assert_eq!(held_for(&[], 0), None);
     }
 
     #[test]

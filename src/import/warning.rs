@@ -88,16 +88,10 @@ pub enum Cause {
         listed(columns)
     )]
     MissingMarks { columns: Vec<String> },
-    #[error("{n_lines} lines above the table are skipped")]
-    SkippedPreamble { n_lines: usize },
     #[error(
         "each row holds either gauges or the reference. The reference is interpolated at the times of the gauges"
     )]
     TurnByTurn,
-    #[error(
-        "the reference changes only every {samples_each} samples (sample-and-hold), so it lags behind the gauges by up to as many"
-    )]
-    HeldReference { samples_each: usize },
     #[error("no reference load near the time {time_secs} s of a gauge sample. Sample skipped")]
     NoReferenceThen { time_secs: f64 },
     #[error("the orientation in the pose is not a rotation. Row skipped")]
@@ -124,6 +118,8 @@ pub enum Cause {
         listed(others)
     )]
     SeveralParts { used: Vec<String>, others: Vec<String> },
+    #[error("{how}")]
+    Reshaped { how: &'static str },
     #[error("the file ends in the middle of the data. All complete rows are read")]
     EndsEarly,
 }
@@ -134,14 +130,12 @@ impl Cause {
             Self::Cell { .. } | Self::TooFewCells { .. } | Self::NotARotation => Id::RowsSkipped,
             Self::TooManyCells { .. }
             | Self::IgnoredColumns { .. }
-            | Self::SkippedPreamble { .. }
             | Self::LeftOut { .. }
             | Self::EndsEarly
             | Self::NoReferenceThen { .. } => Id::PartsIgnored,
-            Self::ExpectedComma
-            | Self::ConstantGauge { .. }
-            | Self::HeldAuxiliary { .. }
-            | Self::HeldReference { .. } => Id::Values,
+            Self::ExpectedComma | Self::ConstantGauge { .. } | Self::HeldAuxiliary { .. } => {
+                Id::Values
+            }
             Self::NewRecording { .. }
             | Self::NewestFirst
             | Self::WrappedClock { .. }

@@ -322,6 +322,11 @@ pub fn is_gauge_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Gauge)
 }
 
+/// Returns true if a word of the name means a channel, a device or a place.
+pub fn is_identifier(name: &str) -> bool {
+    name.len() <= LONGEST && has(&words_of(&name.to_lowercase()), &[words::IDENTIFIERS])
+}
+
 pub fn is_time_name(name: &str) -> bool {
     ColumnName::parse(name).kind == Some(Kind::Time)
 }

@@ -43,6 +43,10 @@ pub const CLOCKS: &str = "\
 pub const COUNTERS: &str = "\
     index idx frame frames cycle cycles row rows id step seq sequence nr no num number trial packet line point sample samples \
     iteration zyklus zyklen nummer n 循环计数";
+/// Words for the channel, the device or the place that the values of a row belong to.
+pub const IDENTIFIERS: &str = "\
+    channel sensor device cell loadcell scale node signal quantity variable parameter field tag name id mac topic side leg foot \
+    kanal gerät waage";
 /// Words for a displacement. A column with such a name is read as a gauge only if the name also has a word for a gauge.
 pub const DISPLACEMENTS: &str = "\
     displacement extension position travel stroke deflection weg traversenweg crosshead rotation angle winkel drehwinkel pos \

@@ -7,7 +7,6 @@ use std::path::Path;
 use super::{
     cells::{is_skipped, lines},
     encoding::Text,
-    serial_monitor::Arrows,
 };
 use crate::formats::error::FileError;
 
@@ -21,9 +20,6 @@ pub struct Blocks {
     /// Start of a line whose end has not been read yet.
     carry: Vec<u8>,
     is_at_end: bool,
-    /// Kind of the arrows (`->`) that a serial terminal writes behind the time in front of each line. `Some(None)` if the
-    /// file has no arrows, `None` until the first block is read.
-    arrows: Option<Option<Arrows>>,
 }
 
 impl Blocks {
@@ -37,7 +33,7 @@ impl Blocks {
     }
 
     pub(crate) fn of(text: Text, block_bytes: usize) -> Self {
-        Self { text, block_bytes, carry: Vec::new(), is_at_end: false, arrows: None }
+        Self { text, block_bytes, carry: Vec::new(), is_at_end: false }
     }
 
     /// Returns the whole lines among `n_bytes` bytes from byte `at` on. This does not change which block is next.
@@ -48,9 +44,6 @@ impl Blocks {
         }
         let start = memchr::memchr(b'\n', &lines).map_or(lines.len(), |end| end + 1);
         lines.drain(..start);
-        if let Some(Some(arrows)) = self.arrows {
-            arrows.mend(&mut lines, false);
-        }
         Ok(lines)
     }
 
@@ -89,10 +82,6 @@ impl Blocks {
         if self.is_at_end && self.text.is_sample() {
             self.carry.clear();
             block.truncate(memchr::memrchr(b'\n', &block).map_or(0, |end| end + 1));
-        }
-        let is_first = self.arrows.is_none();
-        if let Some(arrows) = self.arrows.get_or_insert_with(|| Arrows::of(&block)) {
-            arrows.mend(&mut block, is_first);
         }
         Ok((!block.is_empty()).then_some(block))
     }

@@ -49,6 +49,12 @@ impl Decimal {
 }
 
 impl TextLayout {
+    /// Returns a detected layout by which later numbers with either decimal mark are read, if the delimiter allows both.
+    pub fn with_either_mark(self) -> Self {
+        let is_open = self.delimiter.allows_decimal_comma() && self.thousands.is_none();
+        Self { decimal: if is_open { Decimal::Point } else { self.decimal }, ..self }
+    }
+
     /// Returns the cells of a line; `None` if the line is blank or a comment.
     pub fn row<'a>(&self, line: &'a [u8]) -> Option<TextRow<'a>> {
         (!is_skipped(line)).then(|| TextRow {

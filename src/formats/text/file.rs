@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
-use super::cells::{is_skipped, lines};
+use super::cells::{Cells, is_skipped, lines};
 use super::encoding::{Encoding, Text};
 use super::layout::{self, HEAD_BYTES, Head, detect, locate};
+use super::reshaped::{LIMIT_BYTES, is_channel, reshaped};
 use super::written::TextLayout;
 use crate::{
     formats::{
@@ -42,6 +43,8 @@ pub struct TextFile {
     head: Vec<u8>,
     /// Whole lines from many places of the file after its start, read on first use.
     places: OnceCell<Vec<Vec<u8>>>,
+    /// How the table was brought into the shape of one row for each sample, if it had another one.
+    pub reshaped: Option<&'static str>,
 }
 
 impl TextFile {
@@ -52,7 +55,38 @@ impl TextFile {
     ) -> Result<Self, FileError> {
         let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
         let head = blocks.head(HEAD_BYTES)?;
-        Ok(Self { path: path.to_owned(), blocks, head, places: OnceCell::new() })
+        let places = OnceCell::new();
+        let text = Self { path: path.to_owned(), blocks, head, places, reshaped: None };
+        Ok(text.with_rows_of_samples()?.unwrap_or(text))
+    }
+
+    /// Returns the table with one row for each sample, if a small file has another shape.
+    fn with_rows_of_samples(&self) -> Result<Option<Self>, FileError> {
+        if self.blocks.text.file_bytes > LIMIT_BYTES || !self.may_have_another_shape() {
+            return Ok(None);
+        }
+        let whole = Blocks::open(&self.path, LIMIT_BYTES as usize, None)?.head(usize::MAX)?;
+        let Some((text, how)) = reshaped(&whole, |text| self.rows(text)) else { return Ok(None) };
+        let later: Vec<&[u8]> = lines(&text).skip(ROWS_AT_A_PLACE * PLACES).collect();
+        let places = later.chunks(later.len().div_ceil(PLACES).max(1));
+        let places = places.map(|rows| rows[..rows.len().min(ROWS_AT_A_PLACE)].join(&b'\n'));
+        let places = OnceCell::from(places.collect::<Vec<_>>());
+        Ok(Some(Self { places, reshaped: Some(how), ..Self::of_bytes(text)? }))
+    }
+
+    fn may_have_another_shape(&self) -> bool {
+        // Of a turned table, the start of the file may hold the first row only.
+        let is_channel = |row: &Vec<&[u8]>| is_channel(row, 1);
+        self.rows(&self.head).first().is_some_and(is_channel)
+            || reshaped(&self.head, |text| self.rows(text)).is_some()
+    }
+
+    /// Returns the cells of the rows of a table in this text, and of its header.
+    fn rows<'a>(&self, text: &'a [u8]) -> Vec<Vec<&'a [u8]>> {
+        let found = self.layout().and_then(|layout| Some((self.head(&layout)?, layout)));
+        let Some((start, layout)) = found else { return Vec::new() };
+        let table = lines(text).skip(start.line as usize - 1).filter(|line| !is_skipped(line));
+        table.map(|line| Cells::new(line.trim_ascii_end(), layout.delimiter).collect()).collect()
     }
 
     /// Takes bytes in memory as a file, all of which is its start.
@@ -60,7 +94,8 @@ impl TextFile {
         let n_bytes = bytes.len();
         let mut blocks = Blocks::of(Text::of_bytes(bytes)?, n_bytes);
         let head = blocks.head(n_bytes)?;
-        Ok(Self { path: PathBuf::new(), blocks, head, places: OnceCell::from(Vec::new()) })
+        let places = OnceCell::from(Vec::new());
+        Ok(Self { path: PathBuf::new(), blocks, head, places, reshaped: None })
     }
 
     pub fn layout(&self) -> Option<TextLayout> {

@@ -10,6 +10,8 @@
 //! | `arriving` | lines of a text that is still being written |
 //! | `cells`, `times` | cells, numbers, dates |
 //! | `written`, `layout` | layout of a table, and its position in the file |
+//! | `labels` | lines with a label before each number |
+//! | `reshaped` | tables with one row for each channel, or with the channels of a sample in successive rows |
 //! | `serial_monitor` | lines that start with the time of day and an arrow |
 //! | `ati` | preamble written by ATI's program |
 //! | `lvm` | LabVIEW's segments of rows, each with a header |
@@ -20,8 +22,10 @@ mod blocks;
 pub(crate) mod cells;
 mod encoding;
 mod file;
+mod labels;
 mod layout;
 mod lvm;
+mod reshaped;
 mod serial_monitor;
 pub(crate) mod times;
 mod written;
@@ -32,6 +36,7 @@ pub(crate) use cells::{delimiter_of_header, lines};
 pub(crate) use encoding::Encoding;
 pub(super) use file::FORMAT;
 pub(crate) use file::TextFile;
+pub(crate) use labels::{NUMBER, labelled, numbers_in};
 pub(crate) use layout::{Head, is_header, is_units_row, words};
 #[cfg(test)]
 pub(crate) use layout::{detect, locate};

@@ -6,8 +6,7 @@ use std::time::Instant;
 
 use super::{
     super::device_rows::{
-        NUMBER, cells, delimiter, numbers, numbers_in, pairs_as_json, table_of_numbers,
-        times_of_numbers, without_stamp,
+        cells, delimiter, numbers, pairs_as_json, table_of_numbers, times_of_numbers, without_stamp,
     },
     LiveSource, LiveTable, RowForm,
 };
@@ -15,8 +14,8 @@ use crate::{
     formats::{
         column_name::ColumnName,
         text::{
-            Delimiter, TextLayout, cells::Cells, delimiter_of_header, is_header, is_units_row,
-            words,
+            Delimiter, NUMBER, TextLayout, cells::Cells, delimiter_of_header, is_header,
+            is_units_row, numbers_in, words,
         },
     },
     import::error::{ReadError, TableError, at},
@@ -399,6 +398,7 @@ fn row_of_text(line: &str, source: LiveSource<'_>) -> Option<(String, String)> {
     let n_words = |part: &&str| part.split([' ', ',', ';']).filter(is_word).count();
     let is_row = has_count && is_ordered && parts.iter().all(|part| n_words(part) <= MOST_WORDS);
     let stamp = stamp.map_or_else(String::new, |stamp| format!("{stamp} -> "));
+    let numbers: Vec<&str> = numbers.into_iter().map(|place| &row[place]).collect();
     is_row.then(|| (stamp + &numbers.join(","), text))
 }
 

@@ -42,10 +42,6 @@ pub enum MapError {
     #[error("\"weight\" needs both mass_kg and centre_m")]
     WeightUnknown,
     #[error(
-        "\"inertia\" asks for the force that accelerates the weight, which is not computed; remove \"inertia\", and move the sensor slowly"
-    )]
-    Inertia,
-    #[error(
         "the column map lists column {number}, but its \"shape\" declares only {columns} columns, counted from 1"
     )]
     NoSuchColumn { number: usize, columns: usize },

@@ -1,6 +1,6 @@
 //! Weight that a column map describes. The reference load is computed from this weight and the pose of the sensor.
 
-use serde::{Deserialize, Serialize, de::IgnoredAny};
+use serde::{Deserialize, Serialize};
 
 use crate::{
     import::map::{
@@ -26,12 +26,6 @@ pub struct WeightMap {
     pub gravity: [f64; 3],
     /// Order and axes of the rotations by roll, pitch and yaw.
     pub angles: Angles,
-    /// Entry of maps of earlier versions, which has no effect.
-    #[serde(skip_serializing)]
-    pub smoothing_secs: IgnoredAny,
-    /// True in maps of earlier versions by which the force of inertia was added to the load. Such maps are refused.
-    #[serde(skip_serializing)]
-    pub inertia: bool,
 }
 
 impl Default for WeightMap {
@@ -41,8 +35,6 @@ impl Default for WeightMap {
             centre_m: None,
             gravity: [0.0, 0.0, -STANDARD_GRAVITY],
             angles: Angles::default(),
-            smoothing_secs: IgnoredAny,
-            inertia: false,
         }
     }
 }
@@ -99,9 +91,6 @@ impl WeightMap {
     pub fn check(&self, table: &TableMap) -> Result<(), MapError> {
         if Attitude::of_table(table)?.is_none() {
             return Err(MapError::WeightWithoutPose);
-        }
-        if self.inertia {
-            return Err(MapError::Inertia);
         }
         must("weight.mass_kg", self.mass_kg, POSITIVE)?;
         let centre = self.centre_m.into_iter().flatten();

@@ -50,6 +50,7 @@ pub fn detect(head: &[u8]) -> Option<TextLayout> {
     };
     let first_row =
         (0..lines.len().min(HEADER_LIMIT)).find(|&at| is_first_row(at) && is_of_table(at));
+    let first_row = first_row.map(|row| of_longest_table(&lines, row, delimiter));
     let header = match first_row {
         Some(0) => None,
         Some(row) => {
@@ -76,7 +77,8 @@ pub fn detect(head: &[u8]) -> Option<TextLayout> {
     })
 }
 
-fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
+/// Returns true if a cell holds a number or a time.
+pub fn is_value(cell: &[u8], delimiter: Delimiter) -> bool {
     number(cell).is_some()
         || (delimiter.allows_decimal_comma() && decimal_comma_number(cell).is_some())
         || unmistakable_number(cell).is_some()
@@ -157,6 +159,29 @@ fn is_first_row(lines: &[Line], delimiter: Delimiter) -> bool {
     is_rowlike(first.text, delimiter) && following.all(is_like)
 }
 
+/// Returns the first row of the longest of several tables that follow each other, such as results and data, each below names
+/// of its own and these below a blank line or a title. The first table begins at `row`. The same names again belong to the
+/// same table.
+fn of_longest_table(lines: &[Line], row: usize, delimiter: Delimiter) -> usize {
+    let n_rows =
+        |at: usize| lines[at..].iter().take_while(|line| is_rowlike(line.text, delimiter)).count();
+    let above = |at: usize| at.checked_sub(1).map_or(&b""[..], |above| lines[above].text);
+    let is_apart = |at: usize| {
+        let follows = |two: &[Line]| two[1].number == two[0].number + 1;
+        let near = &lines[at.saturating_sub(3)..=at];
+        !near.windows(2).all(follows) || near.iter().any(|own| is_lone_word(own.text, delimiter))
+    };
+    let is_start = |at: &usize| {
+        matches!(counts(above(*at), delimiter), (0, 2..))
+            && above(*at) != above(row)
+            && is_apart(*at)
+            && is_first_row(&lines[*at..], delimiter)
+    };
+    (row + 1..lines.len())
+        .filter(is_start)
+        .fold(row, |longest, at| if n_rows(at) > n_rows(longest) { at } else { longest })
+}
+
 /// Returns the cells of a line; `None` if all of them are values.
 pub fn words(text: &[u8]) -> Option<Vec<String>> {
     (!holds_only_values(text)).then(|| names(text, delimiter_of_header(text)))
@@ -168,10 +193,15 @@ pub fn is_header(cells: &[String]) -> bool {
     kinds.contains(&Kind::Time) && kinds.iter().any(|kind| *kind != Kind::Time)
 }
 
-/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header.
+/// Returns true if the delimiter divides the rows below the header into values. `lines` starts with the header. The words of a
+/// header above a single column are one name.
 fn fits_rows(lines: &[Line], delimiter: Delimiter) -> bool {
     let row = lines.iter().skip(1).find(|line| holds_only_values(line.text));
-    row.is_none_or(|row| is_rowlike(row.text, delimiter))
+    let n_cells = |line: &Line| names(line.text, delimiter).len();
+    row.is_none_or(|row| {
+        is_rowlike(row.text, delimiter)
+            && (delimiter != Delimiter::Spaces || n_cells(row) > 1 || n_cells(&lines[0]) == 1)
+    })
 }
 
 /// Returns the index of the header of a row of numbers. It is the nearest line above the row that has the same number of cells,
@@ -192,7 +222,12 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         };
         (fits || names_first()) && (n > 1 || n_row == 1 && row == 1)
     };
-    let is_alone = |at: &usize| n_row > 1 && is_lone_word(lines[*at].text, delimiter);
+    // A title stands in the first cell. The first column may lack a name.
+    let is_alone = |at: &usize| {
+        let text = lines[*at].text;
+        let is_of_second = n_row == 2 && starts_blank(text, delimiter);
+        n_row > 1 && is_lone_word(text, delimiter) && !is_of_second
+    };
     let may_be = |at: &usize| !is_note(lines[*at].text, delimiter) && !is_alone(at);
     let has_words = |at: &usize| !is_rowlike(lines[*at].text, delimiter);
     let any_words = (0..row).filter(may_be).any(|at| has_words(&at));
@@ -233,13 +268,18 @@ pub fn end_of_table(
     (is_blank(blank) && !after.iter().all(is_blank)).then_some(table[last].end)
 }
 
+fn starts_blank(text: &[u8], delimiter: Delimiter) -> bool {
+    Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty)
+}
+
 /// Returns true if a line below the header is part of the header: it holds units, or names of columns whose cells in the first
 /// line of the header are blank.
 fn is_below_names(names_above: &[u8], text: &[u8], delimiter: Delimiter) -> bool {
-    let starts_blank = |text| Cells::new(text, delimiter).next().is_some_and(<[u8]>::is_empty);
     let (n_values, n_others) = counts(text, delimiter);
-    let is_second_row =
-        n_values == 0 && n_others > 1 && starts_blank(text) && !starts_blank(names_above);
+    let is_second_row = n_values == 0
+        && n_others > 1
+        && starts_blank(text, delimiter)
+        && !starts_blank(names_above, delimiter);
     is_units_row(text, delimiter) || is_second_row
 }
 

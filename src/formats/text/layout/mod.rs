@@ -5,6 +5,7 @@ mod detect;
 mod start;
 
 use detect::is_lone_word;
+pub(super) use detect::is_value;
 pub(crate) use detect::{detect, is_header, is_units_row, words};
 
 pub(super) use self::start::HEAD_BYTES;
