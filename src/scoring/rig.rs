@@ -8,7 +8,7 @@ mod cause;
 mod chance;
 mod clipped;
 mod columns;
-mod curved;
+mod disagrees;
 mod fits;
 mod mountings;
 mod report;
@@ -19,7 +19,7 @@ use faer::Mat;
 use serde::Serialize;
 
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
-pub use crate::scoring::rig::report::RigReport;
+pub use crate::scoring::rig::report::{RigReport, Suspicion};
 pub(crate) use crate::scoring::rig::report::{lag, lag_of_fit, same_samples};
 use crate::{
     calibration::NormalEquations,
