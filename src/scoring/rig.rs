@@ -130,6 +130,13 @@ impl Rig {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
     }
 
+    /// Returns true if the zeros of the runs differ as if those of the reference did.
+    fn are_zeros_of_reference(&self) -> bool {
+        let fit = Fit::forward(&self.total(|_| true), &self.shape);
+        let zeros = (0..self.n_runs()).map(|run| fit.means(&self.total(|own| own == run)));
+        fits::look_like_loads(&zeros.collect::<Vec<_>>(), &fit, &self.shape)
+    }
+
     /// Returns zeros and sensitivities of each run, compared with the fit to the other runs.
     pub fn table(&self) -> Vec<Run> {
         let errors = fits::left_out(&self.units, &self.shape);

@@ -19,6 +19,8 @@ const SHORTEST_WITH_NOISE: f64 = 4.0;
 
 /// Part of the change time, and change of the load in it (standard deviations), below which the load rests.
 const REST: (f64, f64) = (0.25, 0.02);
+/// Share of the samples in which the load rests, above which it rests most of the time.
+const RESTING: f64 = 0.45;
 
 #[derive(Clone, Copy, Debug)]
 pub struct TimeScale {
@@ -60,7 +62,7 @@ impl TimeScale {
         let limits: Vec<(usize, f64)> =
             moving.iter().map(|axis| (*axis, REST.1 * within[*axis].sqrt())).collect();
         let shares = runs.iter().map(|run| resting(run.loads, moves.len(), interval, &limits));
-        let rests = 2.0 * shares.sum::<f64>() > runs.len() as f64;
+        let rests = shares.sum::<f64>() > RESTING * runs.len() as f64;
         Self { change_samples, is_table, has_times, rests }
     }
 

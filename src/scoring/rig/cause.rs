@@ -54,6 +54,8 @@ const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 pub enum Cause {
     /// The zeros of the gauges differ from those of the other runs.
     Tare,
+    /// The zero of the reference differs from that in the other runs.
+    ReferenceZero,
     /// The zeros of the gauges change in proportion to time.
     Drift,
     /// The sensitivity of the gauge with this index is different.
@@ -126,6 +128,7 @@ struct Trial {
 /// Possible fault with the held-out error after its correction.
 struct Refit<'a> {
     trial: &'a Trial,
+    cause: Cause,
     n_parameters: usize,
     value: f64,
     error: f64,
@@ -205,7 +208,7 @@ impl Rig {
         };
         let possible = explaining.into_iter().filter(|own| changed.contains(&own.trial.place));
         let best = possible.min_by(|a, b| score(a).total_cmp(&score(b)))?;
-        let (cause, place) = (best.trial.cause.clone(), best.trial.place);
+        let (cause, place) = (best.cause.clone(), best.trial.place);
         Some(Contradiction { cause, place, value: best.value, with, without: best.error })
     }
 
@@ -340,7 +343,7 @@ impl Rig {
                 exchange([*a, *b], shape.load(0), |at| (0.0, shape.full_scale[at]))
             }
             Cause::Rotation | Cause::Moved => return of_frame(shape, cause),
-            Cause::Tare | Cause::Drift => Vec::new(),
+            Cause::Tare | Cause::ReferenceZero | Cause::Drift => Vec::new(),
         };
         vec![direction]
     }
@@ -422,7 +425,12 @@ impl Rig {
         let weights = self.units.iter().map(|unit| unit.sums[(0, 0)]).collect();
         let chances = self.chances(zeros, weights, x);
         let error = error(&corrected, shape);
-        Refit { trial, n_parameters: n_axes, value: square.sqrt(), error, chances }
+        let zeros = vec![drift.iter().copied().collect()];
+        let cause = match &trial.cause {
+            Cause::Tare if fits::look_like_loads(&zeros, &fit, shape) => Cause::ReferenceZero,
+            cause => cause.clone(),
+        };
+        Refit { trial, cause, n_parameters: n_axes, value: square.sqrt(), error, chances }
     }
 
     fn refit_gains<'a>(&self, trial: &'a Trial) -> Option<Refit<'a>> {
@@ -487,7 +495,8 @@ impl Rig {
             factor.powi(if self.is_before(*place) { -1 } else { 1 })
         };
         let (error, chances) = (error(&units, shape), self.chances(values, weights, x));
-        Some(Refit { trial, n_parameters: n_zeros + n_sizes, value, error, chances })
+        let (cause, n_parameters) = (cause.clone(), n_zeros + n_sizes);
+        Some(Refit { trial, cause, n_parameters, value, error, chances })
     }
 
     /// Returns the held-out error over all axes, as a share of full scale.

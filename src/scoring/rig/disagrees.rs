@@ -15,28 +15,19 @@ use crate::{
     },
 };
 
-/// Minimum number of recordings.
+/// Minimum number of recordings or rows, and maximum number of rows.
 const FEWEST: usize = 4;
-/// Minimum ratio of the error that a part adds to that of the others, and to that which any other part adds.
+const MOST: usize = 2048;
+/// Minimum ratio of the error of the part to that of any other part, when the fit leaves it out.
 const DISAGREES: f64 = 3.0;
 /// Maximum probability that one of the parts differs so much by chance, if each sample is independent.
 const BY_CHANCE: f64 = 0.005;
 /// Smallest error of a part that disagrees, as a share of full scale.
 const LEAST: f64 = 0.005;
 
-/// What becomes of the fit without one part.
-struct Without {
-    part: usize,
-    fit: Fit,
-    /// Mean square of the errors of the other parts per degree of freedom, on each axis.
-    others: Vec<f64>,
-    /// Squared error per sample that the part adds, divided by that of the others.
-    adds: f64,
-}
-
 impl Rig {
     /// Returns the finding that one of these recordings, or one row of a table, disagrees with all others, and the indices of the
-    /// recordings. The names of the runs are given.
+    /// recordings, if it is no row. The names of the runs are given.
     pub fn one_disagrees(
         &self,
         recordings: &[&Recording],
@@ -49,58 +40,64 @@ impl Rig {
             let values: Vec<f64> = [1.0, 0.0].iter().chain(values).copied().collect();
             Mat::from_fn(values.len(), values.len(), |i, j| values[i] * values[j])
         };
+        if !(FEWEST..=MOST).contains(&rows.len().max(self.n_runs())) {
+            return None;
+        }
         let parts: Vec<Mat<f64>> = if is_table {
             rows.iter().map(|row| of_row(&row.values)).collect()
         } else {
             (0..self.n_runs()).map(|run| self.total(|own| own == run)).collect()
         };
-        if parts.len() < FEWEST {
-            return None;
-        }
         let all = parts.iter().fold(Mat::zeros(shape.width(), shape.width()), |sum, own| sum + own);
-        let squares = Fit::backward(&all, shape).squares(&all);
-        let n_axes = shape.axes.len() as f64;
-        let without = |part: usize| {
+        let fit_without = |part: usize| {
             let others = &all - &parts[part];
             let fit = Fit::backward(&others, shape);
             let freedom = (others[(0, 0)] - (shape.n_gauges + 1) as f64).max(1.0);
-            let others: Vec<f64> = fit
-                .squares(&others)
-                .iter()
-                .map(|own| (own / freedom).max(f64::MIN_POSITIVE))
-                .collect();
-            let added = squares.iter().zip(&others).map(|(all, own)| all / own - freedom);
-            let adds = added.sum::<f64>() / (n_axes * parts[part][(0, 0)]);
-            Without { part, fit, others, adds }
+            let squares = fit.squares(&others).into_iter();
+            let squares: Vec<f64> =
+                squares.map(|own| (own / freedom).max(f64::MIN_POSITIVE)).collect();
+            (fit, squares)
         };
-        let mut found: Vec<Without> = (0..parts.len()).map(without).collect();
-        found.sort_by(|a, b| b.adds.total_cmp(&a.adds));
-        let (worst, next) = (&found[0], &found[1]);
-        let own = &parts[worst.part];
-        let n = own[(0, 0)];
-        let root = |squares: &[f64]| (squares.iter().sum::<f64>() / n_axes).sqrt();
-        let own_squares: Vec<f64> = worst.fit.squares(own).iter().map(|own| own / n).collect();
-        let (error, others) = (root(&own_squares), root(&worst.others));
+        let fits: Vec<(Fit, Vec<f64>)> = (0..parts.len()).map(fit_without).collect();
+        // The squared error per sample that a part adds, as a multiple of the mean square on each axis.
+        let squares = Fit::backward(&all, shape).squares(&all);
+        let n_axes = shape.axes.len() as f64;
+        let adds = |part: &usize| {
+            let left = all[(0, 0)] - parts[*part][(0, 0)] - (shape.n_gauges + 1) as f64;
+            let ratios =
+                squares.iter().zip(&fits[*part].1).map(|(all, own)| all / own - left.max(1.0));
+            ratios.sum::<f64>() / (n_axes * parts[*part][(0, 0)])
+        };
+        let worst = (0..parts.len()).max_by(|a, b| adds(a).total_cmp(&adds(b)))?;
+        let ((fit, others), own) = (&fits[worst], &parts[worst]);
+        let means = |part: &Mat<f64>| {
+            let n = part[(0, 0)];
+            fit.squares(part).into_iter().map(move |sum| sum / n)
+        };
+        let ratio = |part: &Mat<f64>| {
+            means(part).zip(others).map(|(own, of)| own / of).sum::<f64>() / n_axes
+        };
+        let next = (0..parts.len()).filter(|part| *part != worst).map(|part| ratio(&parts[part]));
+        let is_clear = adds(&worst) > DISAGREES.powi(2) * next.fold(1.0, f64::max);
         let freedom = n_axes * (all[(0, 0)] - (shape.n_gauges + 2) as f64);
-        let chance = beyond_f(worst.adds, n_axes, freedom.max(1.0)) * parts.len() as f64;
-        if worst.adds < DISAGREES.powi(2) * next.adds.max(1.0)
-            || chance > BY_CHANCE
-            || error < LEAST
-        {
+        let chance = beyond_f(adds(&worst), n_axes, freedom.max(1.0)) * parts.len() as f64;
+        let root = |squares: &mut dyn Iterator<Item = f64>| (squares.sum::<f64>() / n_axes).sqrt();
+        let (error, rest) = (root(&mut means(own)), root(&mut others.iter().copied()));
+        if !is_clear || chance > BY_CHANCE || error < LEAST {
             return None;
         }
-        let [shown, at_most] = [error, others].map(|own| significant(100.0 * own, 2));
-        let name =
-            if is_table { recordings[rows[worst.part].group].name() } else { &names[worst.part] };
-        let kind = if is_table { "rows" } else { "recordings" };
+        let [shown, at_most] = [error, rest].map(|own| significant(100.0 * own, 2));
+        let (name, kind) = match rows.get(worst) {
+            Some(row) => (recordings[row.group].name(), "rows"),
+            None => (&*names[worst], "recordings"),
+        };
         let seen = format!(
             "{name} disagrees with the other {kind}: its held-out error is {shown} % of full scale, theirs without it {at_most} %"
         );
-        let share = |axis: &usize| own_squares[*axis] / worst.others[*axis];
-        let axis = (0..shape.axes.len()).max_by(|a, b| share(a).total_cmp(&share(b)))?;
-        let at = shape.load(axis);
-        let recorded = own[(0, at)] / n;
-        let [recorded, gauges] = [recorded, recorded - worst.fit.means(own)[axis]]
+        let shares: Vec<f64> = means(own).zip(others).map(|(own, of)| own / of).collect();
+        let axis = (0..shares.len()).max_by(|a, b| shares[*a].total_cmp(&shares[*b]))?;
+        let recorded = own[(0, shape.load(axis))] / own[(0, 0)];
+        let [recorded, gauges] = [recorded, recorded - fit.means(own)[axis]]
             .map(|load| significant(load * shape.full_scale[axis], 4));
         let (symbol, unit) = (shape.axes[axis].symbol(), shape.axes[axis].unit());
         let figures = if is_table {
@@ -109,8 +106,7 @@ impl Rig {
             format!("most of it on {symbol}")
         };
         let found = Finding::new(Id::OneDisagrees, Verdict::Doubtful, seen).with(figures);
-        let own =
-            if is_table { vec![rows[worst.part].group] } else { self.runs[worst.part].clone() };
-        Some((found.costing(error - others), own))
+        let own = if is_table { Vec::new() } else { self.runs[worst].clone() };
+        Some((found.costing(error - rest), own))
     }
 }

@@ -55,6 +55,9 @@ pub struct RigReport {
     /// Fault that would explain why recordings disagree.
     #[serde(skip)]
     pub suspicion: Option<Suspicion>,
+    /// True if the zeros of the recordings differ as if those of the reference did.
+    #[serde(skip)]
+    pub are_zeros_of_reference: bool,
 }
 
 /// Fault of recordings that is not found if another cause explains more.
@@ -106,8 +109,11 @@ impl RigReport {
         let changes = rig.changes_within(training, progress)?;
         let suspicion = if findings.is_empty() && is_searched {
             let found = rig.contradiction();
-            // The drift within recordings says more than the drift from one recording to the next.
-            let found = found.filter(|own| own.cause != Cause::Drift || changes.is_empty());
+            // A zero that changes within recordings says more than other zeros or gains from one recording to the next.
+            let is_of_gauges = |cause: &Cause| {
+                matches!(cause, Cause::Tare | Cause::Drift | Cause::Gauge(_) | Cause::AllGauges)
+            };
+            let found = found.filter(|own| changes.is_empty() || !is_of_gauges(&own.cause));
             found.map(|own| own.suspicion(&rig, &names, &gauges))
         } else {
             None
@@ -125,7 +131,8 @@ impl RigReport {
                 None => found,
             }));
         }
-        Ok(Some(Self { runs: rig.table(), names, gauges, findings, suspicion }))
+        let (runs, are_zeros_of_reference) = (rig.table(), rig.are_zeros_of_reference());
+        Ok(Some(Self { runs, names, gauges, findings, suspicion, are_zeros_of_reference }))
     }
 }
 
@@ -163,6 +170,9 @@ impl Contradiction {
         };
         let (id, what) = match &self.cause {
             Cause::Tare => (Id::TareChanged, "the zeros of the gauges are different".to_owned()),
+            Cause::ReferenceZero => {
+                (Id::ReferenceZero, "the zero of the reference is different".to_owned())
+            }
             Cause::Drift => (Id::ZerosDrift, "the zeros of the gauges drift with time".to_owned()),
             Cause::Gauge(gauge) => {
                 (Id::GaugeChanged, format!("the sensitivity of {} {times}", gauges[*gauge]))
