@@ -487,7 +487,7 @@ impl Id {
             ),
             Self::TareChanged => (
                 "rig",
-                "tare each recording, or exclude the recordings before or after the change",
+                "tare sensor and reference before each recording, or exclude the recordings before or after the change",
                 &[Tare, Roles],
             ),
             Self::ReferenceZero => (

@@ -179,11 +179,14 @@ pub fn remedies(
     let thinned = (search.step > 1 && !causes.is_empty()).then(|| data.thinned(search.step));
     let thin = thinned.as_ref().unwrap_or(&data);
     let before = if causes.is_empty() { None } else { search.errors(thin, &search.settings)? };
+    let [zeros, drift, creep] = [Cause::Zeros, Cause::Drift, Cause::Creep].map(part);
+    // Creep of all gauges alike leaves zeros that look like loads, too.
+    let is_of_reference = rig.are_zeros_of_reference && creep < zeros;
     let mut found: Vec<Remedy> = Vec::new();
     for cause in causes {
         let Some(before) = &before else { break };
         let remedy = match cause {
-            Cause::Zeros if rig.are_zeros_of_reference => {
+            Cause::Zeros if is_of_reference => {
                 Some((Action::ZeroReference, without(&|own| Row::Cause(cause).square(own))))
             }
             Cause::Zeros | Cause::Drift => search.tare(before)?,
@@ -193,8 +196,7 @@ pub fn remedies(
         let remedy = remedy.map(|(action, errors)| Remedy { cause: Some(cause), action, errors });
         found.extend(remedy.filter(|own| found.iter().all(|other| other.action != own.action)));
     }
-    let [zeros, drift] = [Cause::Zeros, Cause::Drift].map(part);
-    let is_of_gauges = !rig.are_zeros_of_reference && zeros.max(drift) >= LARGE;
+    let is_of_gauges = !is_of_reference && zeros.max(drift) >= LARGE;
     if is_of_gauges && !left.tested.contains(&Cause::Temperature) {
         let cause = Some(if zeros < drift { Cause::Drift } else { Cause::Zeros });
         found.push(Remedy { cause, action: Action::RecordTemperature, errors: Vec::new() });

@@ -511,7 +511,7 @@ impl Rig {
         recordings: &[&Recording],
         is_used: impl Fn(usize, usize) -> bool,
     ) -> f64 {
-        error(&units(recordings, self, is_used, &mut |_, _| {}), &self.shape)
+        error(&units(recordings, self, is_used), &self.shape)
     }
 
     /// Returns the probability that the values of units follow a straight line in `x` by chance: once from the scatter of
@@ -539,7 +539,7 @@ impl Rig {
 }
 
 /// Returns the held-out error over all axes, as a share of full scale.
-pub fn error(units: &[Unit], shape: &Shape) -> f64 {
+fn error(units: &[Unit], shape: &Shape) -> f64 {
     fits::mean_error(&fits::left_out(units, shape), units, |_| true)
 }
 

@@ -167,7 +167,7 @@ impl Fit {
 
 /// Maximum share of the squared changes of zeros that lies outside what loads can cause, if the zero of the reference changed
 /// instead. It is a share of what it would be if the zeros of the gauges changed at random.
-const OUTSIDE: f64 = 0.01;
+const OUTSIDE: f64 = 0.003;
 
 /// Returns true if changes of the gauges' zeros look like loads, as if the zero of the reference had changed. With no more gauges
 /// than axes, all changes look like loads, and it returns false.

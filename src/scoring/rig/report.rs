@@ -169,7 +169,11 @@ impl Contradiction {
             (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
         };
         let (id, what) = match &self.cause {
-            Cause::Tare => (Id::TareChanged, "the zeros of the gauges are different".to_owned()),
+            Cause::Tare => {
+                let can_tell = gauges.len() > rig.axes().len();
+                let or = if can_tell { "" } else { " or of the reference" };
+                (Id::TareChanged, format!("the zeros of the gauges{or} are different"))
+            }
             Cause::ReferenceZero => {
                 (Id::ReferenceZero, "the zero of the reference is different".to_owned())
             }
