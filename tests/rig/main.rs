@@ -422,7 +422,7 @@ fn drifts_and_mistyped_loads_of_tables_are_told_from_mountings() {
         let report = RigReport::of(&all, &full_scale, &Progress::default()).unwrap().unwrap();
         let texts: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
         println!("{seed} {rows:?} {order:?} {truth:?}: {texts:?}");
-        (report.findings, format!("case {} ", zeros::mistyped(cases.len()) + 1))
+        (report.findings, format!("row {} ", zeros::mistyped(cases.len()) + 1))
     };
     let (mut drifts, mut mistyped, mut wrong) = (0, 0, 0);
     for seed in 0..30 {

@@ -88,8 +88,8 @@ impl Rig {
         }
         let [shown, at_most] = [error, rest].map(|own| significant(100.0 * own, 2));
         let (name, kind) = match rows.get(worst) {
-            Some(row) => (recordings[row.group].name(), "rows"),
-            None => (&*names[worst], "recordings"),
+            Some(row) => (format!("row {} of the table", row.first + 1), "rows"),
+            None => (names[worst].clone(), "recordings"),
         };
         let seen = format!(
             "{name} disagrees with the other {kind}: its held-out error is {shown} % of full scale, theirs without it {at_most} %"

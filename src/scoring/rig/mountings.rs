@@ -31,6 +31,8 @@ const INDEPENDENT: f64 = 0.3;
 /// Minimum F statistic of each step as a mean over the gauges, and maximum ratio of the residuals with and without all steps.
 const CERTAIN: f64 = 15.0;
 const LEFT: f64 = 0.33;
+/// Maximum ratio of the residuals with and without a drift.
+const LEFT_BY_DRIFT: f64 = 0.5;
 /// Maximum ratio of the residuals with a drift and with steps, for which the change counts as a drift.
 const NO_CLEARER: f64 = 1.2;
 /// Smallest standard deviation of a gauge's residual, as a share of the gauge's deviation.
@@ -75,12 +77,12 @@ impl Rig {
         let (rows, shape) = (self.rows(cases), &self.shape);
         let (known, smallest) = explained(&rows, shape);
         let (starts, left) = starts(&known);
-        let is_reported = |left: f64| left < LEFT * residual(&known);
+        let before = residual(&known);
         let drift = drifted(&known, &rows).filter(|drifted| *drifted < NO_CLEARER * left);
-        if drift.is_some_and(is_reported) {
+        if drift.is_some_and(|left| left < LEFT_BY_DRIFT * before) {
             return self.drift_of(&rows, smallest);
         }
-        if starts.len() < 2 || !is_reported(left) {
+        if starts.len() < 2 || left >= LEFT * before {
             return None;
         }
         let ends = starts.iter().skip(1).copied().chain([rows.len()]);
@@ -120,9 +122,9 @@ impl Rig {
     fn drift_of(&self, rows: &[Row], smallest: f64) -> Option<Finding> {
         let shape = &self.shape;
         let fit = Fit::with_drift(&sums(&[rows], shape), shape);
-        let secs = rows[rows.len() - 1].time - rows[0].time;
+        let n_rows = rows[rows.len() - 1].time - rows[0].time;
         let drift = fit.map.col(1 + shape.axes.len());
-        let drift: Vec<f64> = drift.iter().map(|own| own * secs).collect();
+        let drift: Vec<f64> = drift.iter().map(|own| own * n_rows).collect();
         let shown = shown(&fit.inverse(shape), &drift).map(f64::abs).collect::<Vec<f64>>();
         let (most, figures) = self.largest(shown.into_iter(), smallest)?;
         let seen = "the zeros of the gauges drift over the rows of the table";
@@ -198,13 +200,14 @@ fn residual(known: &Steps) -> f64 {
     (known.squares().iter().sum::<f64>() / known.freedom().max(1) as f64).sqrt()
 }
 
-/// Returns the F statistic of a further column as a mean over the gauges.
-fn certainty(known: &Steps, gains: &[f64]) -> f64 {
-    let left = known.squares();
-    let floor = known.n_rows() as f64 * EXACT * EXACT;
-    let of_gauge = |(gain, left): (&f64, &f64)| gain / (left - gain).max(floor);
-    let sum: f64 = gains.iter().zip(&left).map(of_gauge).sum();
-    sum * (known.freedom().max(1) - 1) as f64 / left.len() as f64
+/// Returns a function of the reductions of the gauges' squares by a further column: its F statistic as a mean over the gauges.
+fn certainty(known: &Steps) -> impl Fn(&[f64]) -> f64 + use<> {
+    let (left, floor) = (known.squares(), known.n_rows() as f64 * EXACT * EXACT);
+    let freedom = (known.freedom().max(1) - 1) as f64;
+    move |gains| {
+        let of_gauge = |(gain, left): (&f64, &f64)| gain / (left - gain).max(floor);
+        gains.iter().zip(&left).map(of_gauge).sum::<f64>() * freedom / left.len() as f64
+    }
 }
 
 /// Returns what a drift of the zeros in the order of the rows leaves of the gauges, if it is certain.
@@ -213,7 +216,7 @@ fn drifted(known: &Steps, rows: &[Row]) -> Option<f64> {
     let gains = known.gains(&times, INDEPENDENT)?;
     let mut with = known.clone();
     with.explain(&times);
-    (certainty(known, &gains) > CERTAIN && with.freedom() > 2).then(|| residual(&with))
+    (certainty(known)(&gains) > CERTAIN && with.freedom() > 2).then(|| residual(&with))
 }
 
 /// Returns the first row of each mounting, and what is left of the gauges.
@@ -221,11 +224,11 @@ fn starts(known: &Steps) -> (Vec<usize>, f64) {
     let (n, mut known) = (known.n_rows(), known.clone());
     let mut starts = vec![0];
     while starts.len() <= MOST_STEPS && known.freedom() > 2 {
-        let mut best = (CERTAIN, 0);
+        let (mut best, certainty) = ((CERTAIN, 0), certainty(&known));
         known.steps(INDEPENDENT, |row, gains| {
             let is_free = |start: &usize| row.abs_diff(*start) >= FEWEST_ROWS;
             if n - row >= FEWEST_ROWS && starts.iter().all(is_free) {
-                let certainty = certainty(&known, gains);
+                let certainty = certainty(gains);
                 if certainty > best.0 {
                     best = (certainty, row);
                 }
