@@ -321,6 +321,7 @@ pub enum Id {
     AuxiliaryLeft,
     NoGauge,
     TareChanged,
+    ReferenceZero,
     ZerosDrift,
     DriftWithin,
     ZeroJumped,
@@ -486,8 +487,13 @@ impl Id {
             ),
             Self::TareChanged => (
                 "rig",
-                "tare each recording, or exclude the recordings before or after the change",
+                "tare sensor and reference before each recording, or exclude the recordings before or after the change",
                 &[Tare, Roles],
+            ),
+            Self::ReferenceZero => (
+                "rig",
+                "the gauges agree with each other, so their tare does not help; set the reference to zero without load before each recording, or exclude the recordings before or after the change",
+                &[Roles],
             ),
             Self::ZerosDrift => ("rig", "tare each recording, or let the sensor warm up", &[Tare]),
             Self::DriftWithin => (

@@ -107,6 +107,8 @@ pub enum ReadError {
     NothingToWeigh { path: PathBuf },
     #[error("{}: the sensor never turned, so the weight cannot be separated from the offset of the reference", path.display())]
     NeverTurned { path: PathBuf },
+    #[error("{}: the forces do not change with the pose as those of a weight. Use a recording in which the sensor carries only the weight", path.display())]
+    NoWeight { path: PathBuf },
     #[error("{}: no gauge sample has a reference load. The times of the gauges are {} s to {} s, those of the reference in {} are {} s to {} s. If the clocks differ, enter the clock offset", path.display(), gauges.0, gauges.1, reference_path.display(), reference.0, reference.1)]
     ClocksApart {
         path: PathBuf,

@@ -20,7 +20,7 @@ use crate::{
 /// clock. The method is least squares with an unknown offset of the measured loads. What the map leaves out, or all columns
 /// without a map, are proposed. `weight` in the map may set gravity and the convention of angles; its mass is not used.
 /// Returns [`ReadError`] if the map does not fit the file, a pose or forces
-/// are missing, or the sensor never turned.
+/// are missing, the sensor never turned, or the forces do not change with the pose.
 pub fn estimate_weight(
     path: &Path,
     map: Option<&ColumnMap>,
@@ -60,6 +60,9 @@ fn estimated(
         rows.map(|row| std::array::from_fn(|i| row[slots[i]])).collect()
     };
     let moments = slots(&Axis::ALL[3..]).map(|slots| part(&slots));
-    pose::estimate_weight(&rotations, &part(&forces), moments.as_deref(), weight.gravity)
-        .ok_or(ReadError::NeverTurned { path })
+    match pose::estimate_weight(&rotations, &part(&forces), moments.as_deref(), weight.gravity) {
+        Some(found) if found.is_certain() => Ok(found),
+        Some(_) => Err(ReadError::NoWeight { path }),
+        None => Err(ReadError::NeverTurned { path }),
+    }
 }

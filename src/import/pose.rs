@@ -81,16 +81,26 @@ pub struct WeightEstimate {
     /// Angle (degrees) by which the sensor is turned against the frame of the pose; 0 if it is not.
     pub turned_degrees: f64,
     pub n_samples: usize,
+    /// Share of the forces' variance that the weight explains.
+    #[serde(skip)]
+    pub explained: f64,
 }
 
 /// Factor by which a turned sensor must reduce the residuals, so that the turn is taken for real.
 const TURN_GAIN: f64 = 2.0;
 /// Share of the mass that forces along the axes of the world give, below which the mass in the sensor's frame counts as none.
 const WEIGHTLESS_SHARE: f64 = 0.05;
+/// Share of the forces' variance below which there is no weight.
+const LEAST_EXPLAINED: f64 = 0.1;
 /// Factor above the noise from which the residuals are reported.
 const NOISE_FACTOR: f64 = 3.0;
 
 impl WeightEstimate {
+    /// Returns false if the forces hardly change with the pose, as without a weight.
+    pub fn is_certain(&self) -> bool {
+        self.explained >= LEAST_EXPLAINED
+    }
+
     /// Returns the estimate in words: one sentence for each estimated quantity.
     pub fn sentences(&self) -> Vec<String> {
         let list = |values: [f64; 3]| values.map(|value| format!("{value:.6}")).join(", ");
@@ -232,6 +242,7 @@ fn estimate(
         }
     }
     let (mass_kg, force_offset, force_rms) = best;
+    let all = rms(pulls, forces, force_mean, &|_| [0.0; 3]);
     let cosine = (turn[0][0] + turn[1][1] + turn[2][2] - 1.0) / 2.0;
     let is_upright = turn == UPRIGHT;
     let mut estimate = WeightEstimate {
@@ -246,6 +257,7 @@ fn estimate(
         is_in_world: false,
         turned_degrees: if is_upright { 0.0 } else { cosine.clamp(-1.0, 1.0).acos().to_degrees() },
         n_samples: pulls.len(),
+        explained: if all > 0.0 { 1.0 - (force_rms / all).powi(2) } else { 0.0 },
     };
     if let Some(moments) = moments.filter(|_| is_turned_twice) {
         // After subtraction of the means, the moments are `M = d × p`, where `p` is gravity in the sensor's frame and `d = m

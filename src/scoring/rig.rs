@@ -8,7 +8,7 @@ mod cause;
 mod chance;
 mod clipped;
 mod columns;
-mod curved;
+mod disagrees;
 mod fits;
 mod mountings;
 mod report;
@@ -19,7 +19,7 @@ use faer::Mat;
 use serde::Serialize;
 
 pub use crate::scoring::rig::cause::{Cause, Contradiction, Where, matters};
-pub use crate::scoring::rig::report::RigReport;
+pub use crate::scoring::rig::report::{RigReport, Suspicion};
 pub(crate) use crate::scoring::rig::report::{lag, lag_of_fit, same_samples};
 use crate::{
     calibration::NormalEquations,
@@ -102,7 +102,7 @@ impl Rig {
         let loads = recordings.iter().map(|own| own.loads());
         let hold_one_load = hold_one_load(loads, first.axes().len());
         let mut rig = Self { units: Vec::new(), shape, runs, hold_one_load, scales, spans };
-        rig.units = units(recordings, &rig, |_, _| true, &mut |_, _| {});
+        rig.units = units(recordings, &rig, |_, _| true);
         Some(rig)
     }
 
@@ -128,6 +128,13 @@ impl Rig {
 
     fn total(&self, wanted: impl Fn(usize) -> bool) -> Mat<f64> {
         fits::sum(self.units.iter().filter(|unit| wanted(unit.run)), &self.shape)
+    }
+
+    /// Returns true if the zeros of the runs differ as if those of the reference did.
+    fn are_zeros_of_reference(&self) -> bool {
+        let fit = Fit::forward(&self.total(|_| true), &self.shape);
+        let zeros = (0..self.n_runs()).map(|run| fit.means(&self.total(|own| own == run)));
+        fits::look_like_loads(&zeros.collect::<Vec<_>>(), &fit, &self.shape)
     }
 
     /// Returns zeros and sensitivities of each run, compared with the fit to the other runs.
@@ -189,12 +196,11 @@ impl Rig {
 }
 
 /// Returns the sums of products over the units of each run. Samples are omitted for which `is_used`, given the index of the
-/// recording and of the sample, is false. `change` gets the gauges and the loads of each sample, and may change the gauges.
+/// recording and of the sample, is false.
 fn units(
     recordings: &[&Recording],
     rig: &Rig,
     is_used: impl Fn(usize, usize) -> bool,
-    change: &mut dyn FnMut(&mut [f64], &[f64]),
 ) -> Vec<Unit> {
     let (n_runs, shape) = (rig.n_runs(), &rig.shape);
     let axes = shape.axes_in(recordings[0]);
@@ -215,10 +221,7 @@ fn units(
                     axes.iter().zip(&shape.full_scale).map(|(axis, full)| loads[*axis] / full);
                 let time = (run as f64 + k as f64 / n as f64) / n_runs as f64 - 0.5;
                 rows.extend([1.0, time]);
-                let first = rows.len();
                 rows.extend(rig.standard(recording.gauges_at(sample)).chain(loads));
-                let (gauges, loads) = rows[first..].split_at_mut(shape.n_gauges);
-                change(gauges, loads);
                 rows.resize(rows.len().next_multiple_of(stride), 0.0);
             }
             if rows.len() >= BLOCK * stride || (k + 1) * n_units / n > unit {

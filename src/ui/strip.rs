@@ -413,7 +413,8 @@ pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
     Some(match &remedy.action {
         Action::Features(features) => {
             let features = (**features).clone();
-            Edit::Settings(FitSettings { features, ..project.settings.clone() }).into()
+            let (regressor, settings) = (Regressor::Linear, project.settings.clone());
+            Edit::Settings(FitSettings { features, regressor, ..settings }).into()
         }
         Action::Tare => Do::Tare((0..engine.entries().len()).collect(), Tare::Auto).into(),
         Action::LeaveOut(name) => {
@@ -424,7 +425,7 @@ pub fn command(remedy: &Remedy, engine: &Engine) -> Option<Command> {
             let limit = Duration::from_secs_f64(60.0 * SEARCH_MINUTES);
             Do::FindBest(Candidates::All, limit).into()
         }
-        Action::RecordTemperature | Action::Mean(_) => return None,
+        Action::ZeroReference | Action::RecordTemperature | Action::Mean(_) => return None,
     })
 }
 
@@ -447,6 +448,7 @@ pub fn short(remedy: &Remedy, engine: &Engine) -> String {
             }
         }
         Action::Tare => "Tare each recording".to_owned(),
+        Action::ZeroReference => "Zero the reference".to_owned(),
         Action::LeaveOut(name) => format!("Leave out {name}"),
         Action::TryModels => "Try all models".to_owned(),
         Action::RecordTemperature => "Record a temperature".to_owned(),

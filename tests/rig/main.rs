@@ -16,7 +16,7 @@ use loopscope::questions::{Request, sufficiency};
 use loopscope::recording::{Entry, Recording, RecordingSet, Role, ValidRange};
 use loopscope::scoring::rig::{Cause, Contradiction, Rig, RigReport};
 use simulator::{Dice, FAULTS, Fault, Programme, Set};
-use zeros::Zero;
+use zeros::{Rows, Zero};
 
 fn rig(set: &Set) -> Rig {
     let all = set.recordings();
@@ -352,23 +352,22 @@ fn trial_of_zeros_that_change() {
         }
     }
     for (at, order) in zeros::ORDERS.into_iter().enumerate() {
-        for is_mounted_anew in [false, true] {
+        for rows in [Rows::Sound, Rows::MountedAnew] {
             let (mut rates, mut exact) = (Rates::default(), 0);
             for set in 0..sets {
                 let seed = (from + set) * zeros::ORDERS.len() as u64 + at as u64;
-                let (cases, own, truth) = zeros::table(seed, is_mounted_anew);
+                let (cases, own, truth) = zeros::table(seed, rows);
                 assert_eq!(own, order);
                 let found = zero_changes(&cases);
                 rates.all += 1;
+                let is_mounted_anew = rows == Rows::MountedAnew;
                 let is_right = is_mounted_anew && !found.is_empty();
                 rates.right += usize::from(is_right);
                 rates.large += usize::from(is_right && truth.size > 0.03);
                 rates.wrong += usize::from(!is_mounted_anew && !found.is_empty());
                 exact += usize::from(found.first().is_some_and(|own| starts(own) == truth.starts));
             }
-            println!(
-                "table {order:?}, mounted anew {is_mounted_anew}: {rates}; rows right {exact}"
-            );
+            println!("table {order:?}, {rows:?}: {rates}; rows right {exact}");
         }
     }
 }
@@ -403,14 +402,42 @@ fn a_zero_that_drifts_or_jumps_in_one_recording_is_measured_and_a_sound_one_is_n
 fn mountings_of_a_table_are_found_with_their_rows() {
     let mut exact = 0;
     for seed in 0..30 {
-        let found = zero_changes(&zeros::table(seed, false).0);
+        let found = zero_changes(&zeros::table(seed, Rows::Sound).0);
         assert_eq!(found, [], "{seed}");
-        let (cases, order, truth) = zeros::table(seed, true);
+        let (cases, order, truth) = zeros::table(seed, Rows::MountedAnew);
         let found = zero_changes(&cases);
         println!("{seed} {order:?} {truth:?}: {:?}", found.first().map(ToString::to_string));
         exact += i32::from(found.first().is_some_and(|own| starts(own) == truth.starts));
     }
     assert!(exact >= 12, "{exact}");
+}
+
+/// A table whose zeros drift has no mountings, and of a table with one wrong load, no other row is accused.
+#[test]
+fn drifts_and_mistyped_loads_of_tables_are_told_from_mountings() {
+    let found = |seed: u64, rows: Rows| {
+        let (cases, order, truth) = zeros::table(seed, rows);
+        let all: Vec<&Recording> = cases.iter().collect();
+        let full_scale = vec![zeros::FULL_SCALE; all[0].axes().len()];
+        let report = RigReport::of(&all, &full_scale, &Progress::default()).unwrap().unwrap();
+        let texts: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+        println!("{seed} {rows:?} {order:?} {truth:?}: {texts:?}");
+        (report.findings, format!("row {} ", zeros::mistyped(cases.len()) + 1))
+    };
+    let (mut drifts, mut mistyped, mut wrong) = (0, 0, 0);
+    for seed in 0..30 {
+        let has = |own: &[Finding], id: Id| own.iter().any(|own| own.id == id);
+        let (own, _) = found(seed, Rows::Drifting);
+        drifts += usize::from(has(&own, Id::ZerosDrift));
+        wrong += usize::from(has(&own, Id::Mountings) || has(&own, Id::OneDisagrees));
+        let (own, row) = found(seed, Rows::Mistyped);
+        let disagrees = own.iter().find(|own| own.id == Id::OneDisagrees);
+        mistyped += usize::from(disagrees.is_some_and(|own| own.seen.starts_with(&row)));
+        wrong += usize::from(disagrees.is_some_and(|own| !own.seen.starts_with(&row)));
+        assert!(!has(&found(seed, Rows::Sound).0, Id::OneDisagrees), "{seed}");
+    }
+    println!("{drifts} drifts and {mistyped} mistyped loads of 30 named, {wrong} wrong");
+    assert!(drifts >= 8 && mistyped >= 27 && wrong <= 3, "{drifts} {mistyped} {wrong}");
 }
 
 /// Returns the findings on a set. The last `n_tests` recordings have the role Test.

@@ -216,8 +216,24 @@ pub fn recording(seed: u64, zero: Zero) -> (Recording, Programme, Truth) {
     (recording.unwrap(), programme, Truth { size, secs, starts: Vec::new() })
 }
 
+/// What is wrong with the rows of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rows {
+    Sound,
+    MountedAnew,
+    /// The zeros drift from row to row.
+    Drifting,
+    /// The load of one row, see [`mistyped`], is not the one that was applied.
+    Mistyped,
+}
+
+/// Returns the row of a table that is mistyped, counted from 0.
+pub fn mistyped(n_rows: usize) -> usize {
+    n_rows / 3
+}
+
 /// Returns the load cases of a table, with the order of its loads and the truth.
-pub fn table(seed: u64, is_mounted_anew: bool) -> (Vec<Recording>, Order, Truth) {
+pub fn table(seed: u64, rows: Rows) -> (Vec<Recording>, Order, Truth) {
     let mut dice = Dice::new(seed);
     let order = ORDERS[seed as usize % ORDERS.len()];
     let n_axes = pick(&mut dice, &[1, 2, 3, 3, 6]);
@@ -281,9 +297,17 @@ pub fn table(seed: u64, is_mounted_anew: bool) -> (Vec<Recording>, Order, Truth)
         let mounting = starts.iter().rposition(|start| *start <= k).unwrap_or(0);
         let gauges = slopes.iter().enumerate().map(|(gauge, own)| {
             let strain: f64 = own.iter().zip(&felt).map(|(slope, load)| slope * load).sum();
-            let zero = if is_mounted_anew { shifts[mounting][gauge] } else { 0.0 };
+            let zero = match rows {
+                Rows::MountedAnew => shifts[mounting][gauge],
+                Rows::Drifting => shifts[0][gauge] * k as f64 / loads.len() as f64,
+                _ => 0.0,
+            };
             1.0 + strain + zero + 2.0 * noise * dice.normal()
         });
+        let mut recorded = row.clone();
+        if rows == Rows::Mistyped && k == mistyped(loads.len()) {
+            recorded[0] += 0.2;
+        }
         let case = Recording::new(
             format!("case {}", k + 1),
             Source::File(format!("{seed}.csv").into()),
@@ -291,7 +315,7 @@ pub fn table(seed: u64, is_mounted_anew: bool) -> (Vec<Recording>, Order, Truth)
             (1..=n_gauges).map(|gauge| format!("S{gauge}")).collect(),
             gauges.collect(),
             Axis::ALL[..n_axes].to_vec(),
-            row.iter().map(|load| FULL_SCALE * load).collect(),
+            recorded.iter().map(|load| FULL_SCALE * load).collect(),
         );
         cases.push(case.unwrap().without_times());
     }

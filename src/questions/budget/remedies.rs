@@ -47,6 +47,8 @@ pub enum Action {
     Features(Box<FeatureSettings>),
     /// Tare each recording over an interval without load.
     Tare,
+    /// Set the reference to zero before each recording.
+    ZeroReference,
     /// Leave out or mend the recording with this name.
     LeaveOut(String),
     /// Record a temperature with the gauges.
@@ -73,6 +75,7 @@ impl Action {
         match self {
             Self::Features(features) => format!("fit with {}", features.describe()),
             Self::Tare => "tare each recording".to_owned(),
+            Self::ZeroReference => "set the reference to zero before each recording".to_owned(),
             Self::LeaveOut(name) => format!("leave out or mend {name}"),
             Self::RecordTemperature => "record a temperature".to_owned(),
             Self::Mean(n) => format!("mean over {n} samples"),
@@ -149,6 +152,12 @@ pub fn remedies(
     let largest = |square: &dyn Fn(&Shares) -> f64| {
         pools.iter().map(|pool| square(pool) / pool.total).fold(0.0, f64::max)
     };
+    // Errors that are left without a part of the mean square, if all pools have a budget.
+    let without = |square: &dyn Fn(&Shares) -> f64| -> Vec<f64> {
+        let error = |own: &&Shares| (own.total - square(own)).max(0.0).sqrt();
+        let has_all = pools.len() == left.pools.len();
+        pools.iter().filter(|_| has_all).map(error).collect()
+    };
     let part = |cause: Cause| largest(&|pool| Row::Cause(cause).square(pool));
     let mut causes: Vec<Cause> = Cause::iter().filter(|cause| part(*cause) >= LEAST).collect();
     causes.sort_by(|a, b| part(*b).total_cmp(&part(*a)));
@@ -170,10 +179,16 @@ pub fn remedies(
     let thinned = (search.step > 1 && !causes.is_empty()).then(|| data.thinned(search.step));
     let thin = thinned.as_ref().unwrap_or(&data);
     let before = if causes.is_empty() { None } else { search.errors(thin, &search.settings)? };
+    let [zeros, drift, creep] = [Cause::Zeros, Cause::Drift, Cause::Creep].map(part);
+    // Creep of all gauges alike leaves zeros that look like loads, too.
+    let is_of_reference = rig.are_zeros_of_reference && creep < zeros;
     let mut found: Vec<Remedy> = Vec::new();
     for cause in causes {
         let Some(before) = &before else { break };
         let remedy = match cause {
+            Cause::Zeros if is_of_reference => {
+                Some((Action::ZeroReference, without(&|own| Row::Cause(cause).square(own))))
+            }
             Cause::Zeros | Cause::Drift => search.tare(before)?,
             Cause::Sensitivity => search.leave_out(thin, rig, before)?,
             _ => search.features(thin, cause, before)?,
@@ -181,16 +196,15 @@ pub fn remedies(
         let remedy = remedy.map(|(action, errors)| Remedy { cause: Some(cause), action, errors });
         found.extend(remedy.filter(|own| found.iter().all(|other| other.action != own.action)));
     }
-    let [zeros, drift] = [Cause::Zeros, Cause::Drift].map(part);
-    if zeros.max(drift) >= LARGE && !left.tested.contains(&Cause::Temperature) {
+    let is_of_gauges = !is_of_reference && zeros.max(drift) >= LARGE;
+    if is_of_gauges && !left.tested.contains(&Cause::Temperature) {
         let cause = Some(if zeros < drift { Cause::Drift } else { Cause::Zeros });
         found.push(Remedy { cause, action: Action::RecordTemperature, errors: Vec::new() });
     }
     let n_mean = (MEAN * left.change_samples) as usize;
-    if n_mean > 1 && largest(&|pool| pool.noise) >= LEAST && pools.len() == left.pools.len() {
+    if n_mean > 1 && largest(&|pool| pool.noise) >= LEAST {
         let kept = 1.0 / n_mean as f64;
-        let error = |own: &&Shares| (own.total - (1.0 - kept) * own.noise).max(0.0).sqrt();
-        let errors = pools.iter().map(error).collect();
+        let errors = without(&|own| (1.0 - kept) * own.noise);
         found.push(Remedy { cause: None, action: Action::Mean(n_mean), errors });
     }
     if largest(&|pool| pool.unexplained) >= LARGE {
@@ -318,7 +332,8 @@ impl Search<'_> {
     /// Returns the recording whose sensitivities differ most from the others, if the error of the others is lower without it.
     fn leave_out(&self, thin: &Dataset, rig: &RigReport, before: &Errors) -> Found {
         let differs = |run: &Run| {
-            let all = run.sensitivities.iter().flatten().map(|(value, _)| (value - 1.0).abs());
+            let all = run.sensitivities.iter().flatten();
+            let all = all.map(|(value, error)| (value - 1.0).abs() - 2.0 * error);
             all.fold(0.0, f64::max)
         };
         let runs = rig.names.iter().zip(&rig.runs);

@@ -27,6 +27,17 @@ impl ErrorBudget {
         (0..self.pools.len()).map(|pool| sentence(self, pool)).collect()
     }
 
+    /// Returns the share of the uncompensated mean square that curvature, hysteresis, creep, lag and auxiliary channels have.
+    pub fn explained_by_columns(&self) -> f64 {
+        let (mut explained, mut total) = (0.0, 0.0);
+        for own in self.uncompensated.axes.iter().flatten() {
+            let known = own.shares.iter().filter(|own| Cause::WITH_COLUMNS.contains(&own.cause));
+            explained += known.map(|own| own.square).sum::<f64>();
+            total += own.total;
+        }
+        if total > 0.0 { explained / total } else { 0.0 }
+    }
+
     /// Returns what most of an error is; `None` if the recordings do not tell surely.
     pub fn mostly(&self, shares: &Shares, budget: &Budget) -> Option<String> {
         let is_known = self.uncompensated.n_recordings >= FEWEST_RECORDINGS && is_sure(shares);

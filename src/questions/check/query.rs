@@ -31,7 +31,7 @@ use crate::{
         faults::Faults,
         load_spread::LoadSpread,
         numbers::{percent, significant},
-        rig::{Rig, lag_of_fit, matters},
+        rig::{Rig, Suspicion, lag_of_fit, matters},
     },
     shown::{counted, first_clauses, joined},
 };
@@ -122,6 +122,11 @@ pub fn sufficiency(asked: &CheckData, progress: &Progress) -> Result<Sufficiency
     let not_covered = not_covered(&data.entries, axes_n, data.groups.by);
     let budget = error_budget(&asked.request, &calibration, progress)?;
     let rig = rig.cloned().unwrap_or_default();
+    let is_explained = |own: &Suspicion| {
+        budget.as_ref().is_ok_and(|budget| 1.0 - budget.explained_by_columns() <= own.left)
+    };
+    let suspicion = rig.suspicion.iter().filter(|own| !is_explained(own));
+    reasons.extend(suspicion.map(|own| own.finding.clone()));
     let remedies = match &budget {
         Ok(budget) => remedies(&asked.request, &calibration, &rig, budget, progress)?,
         Err(_) => Vec::new(),

@@ -17,6 +17,8 @@ use crate::scoring::budget::{
 const RADII: [f64; 4] = [0.1, 0.3, 0.8, 2.0];
 /// Time constants of creep, in units of the time in which a sine of the load's speed passes one radian.
 const TIME_CONSTANTS: [f64; 4] = [1.5, 6.0, 24.0, 96.0];
+/// Further time constants of creep if the load rests most of the time.
+const TIME_CONSTANTS_OF_RESTS: [f64; 2] = [0.1, 0.4];
 /// Share of the variance by which a sine changes within one radian.
 const CHANGE_OF_RADIAN: f64 = 0.45;
 /// Intervals of the lag columns, in units of the change time.
@@ -50,11 +52,12 @@ impl Columns {
             .iter()
             .enumerate()
             .map(|(at, share)| ((share * change).round_ties_even() as usize).max(at + 1));
+        let of_rests = TIME_CONSTANTS_OF_RESTS.iter().filter(|_| scale.rests);
         let mut columns = Self {
             n_model,
             of_causes: Vec::new(),
-            decays: (TIME_CONSTANTS.iter().map(|own| own * change / CHANGE_OF_RADIAN))
-                .filter(|samples| *samples <= median_samples / 2.0)
+            decays: (of_rests.chain(&TIME_CONSTANTS).map(|own| own * change / CHANGE_OF_RADIAN))
+                .filter(|samples| (1.0..=median_samples / 2.0).contains(samples))
                 .map(|samples| (-1.0 / samples).exp())
                 .collect(),
             lags: lags.collect(),

@@ -172,7 +172,7 @@ impl Explained<'_> {
         let tested = self.tested;
         let best = self.best(total);
         let values: Vec<(Cause, Vec<f64>)> = (tested.iter().filter(|cause| best.contains(**cause)))
-            .map(|cause| (*cause, self.shapley(best, *cause)))
+            .map(|cause| (*cause, self.shapley(best, *cause, total)))
             .collect();
         let rest = self.mean(best).max(0.0);
         let least = (LEAST_SHARE * total).max(LEAST_OF_REST * rest);
@@ -210,7 +210,13 @@ impl Explained<'_> {
         let cost = |set: &Causes| self.mean(*set) + PER_CAUSE * total * set.len() as f64;
         let best = sets.into_iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
         let mut best = best.unwrap_or_default();
-        let needed = |set: Causes, cause: Cause| (cause, self.needed(set, cause, total));
+        let needed = |set: Causes, cause: Cause| {
+            let need = self.needed(set, cause, total);
+            // A zero is the simplest difference of a recording, so the others must show beside it.
+            let beside = Cause::OF_UNITS.contains(&cause) && tested.contains(&Cause::Zeros);
+            let of_zeros = if beside { set.with(Cause::Zeros) } else { set };
+            (cause, need.min(self.needed(of_zeros, cause, total)))
+        };
         let by_need = |a: &(Cause, f64), b: &(Cause, f64)| a.1.total_cmp(&b.1);
         loop {
             let inside = tested.iter().filter(|cause| best.contains(**cause));
@@ -248,8 +254,18 @@ impl Explained<'_> {
         certain.min(gain / (LEAST_SHARE * total))
     }
 
+    /// Returns a set without the causes that make the error larger by more than the least share that is named.
+    fn useful(&self, set: Causes, total: f64) -> Causes {
+        let is_worse = |cause: &&Cause| {
+            let gain = self.mean(set.without(**cause)) - self.mean(set);
+            set.contains(**cause) && gain < -LEAST_SHARE * total
+        };
+        let worse = self.tested.iter().find(is_worse);
+        worse.map_or(set, |cause| self.useful(set.without(*cause), total))
+    }
+
     /// Returns the Shapley value of a cause in a set, for each block.
-    fn shapley(&self, set: Causes, cause: Cause) -> Vec<f64> {
+    fn shapley(&self, set: Causes, cause: Cause, total: f64) -> Vec<f64> {
         let others: Vec<Cause> = (self.tested.iter().copied())
             .filter(|own| set.contains(*own) && *own != cause)
             .collect();
@@ -258,8 +274,9 @@ impl Explained<'_> {
         for before in Causes::subsets(&others) {
             let after = others.len() - before.len();
             let weight = factorial(before.len()) * factorial(after) / factorial(set.len());
-            let (without, with) = (self.set(before), self.set(before.with(cause)));
-            for ((value, a), b) in value.iter_mut().zip(&without.systematic).zip(&with.systematic) {
+            let [without, with] = [before, before.with(cause)]
+                .map(|own| &self.set(self.useful(own, total)).systematic);
+            for ((value, a), b) in value.iter_mut().zip(without).zip(with) {
                 *value += weight * (a - b);
             }
         }

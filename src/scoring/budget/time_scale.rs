@@ -17,6 +17,11 @@ const CONSTANT: f64 = 1e-4;
 /// Minimum change time (samples) at which noise can be told apart from changes of the load.
 const SHORTEST_WITH_NOISE: f64 = 4.0;
 
+/// Part of the change time, and change of the load in it (standard deviations), below which the load rests.
+const REST: (f64, f64) = (0.25, 0.02);
+/// Share of the samples in which the load rests, above which it rests most of the time.
+const RESTING: f64 = 0.45;
+
 #[derive(Clone, Copy, Debug)]
 pub struct TimeScale {
     /// Number of samples in which the load changes by a tenth of its variance.
@@ -25,6 +30,8 @@ pub struct TimeScale {
     pub is_table: bool,
     /// True if all samples have times.
     pub has_times: bool,
+    /// True if the load rests most of the time, as on steps. Creep then shows even if it is faster than the load changes.
+    pub rests: bool,
 }
 
 impl TimeScale {
@@ -37,7 +44,7 @@ impl TimeScale {
         let is_constant = moving.iter().all(|axis| within[*axis] <= CONSTANT * overall[*axis]);
         let has_times = runs.iter().all(|run| run.has_times);
         if moving.is_empty() || is_constant {
-            return Self { change_samples: 1.0, is_table: true, has_times };
+            return Self { change_samples: 1.0, is_table: true, has_times, rests: false };
         }
         // Median over the axes of the structure function, as a share of twice the variance.
         let change = |interval: usize, longer: usize| {
@@ -51,7 +58,12 @@ impl TimeScale {
         };
         let is_table = change(1, 1).is_none_or(|share| share > TABLE_STEP);
         let change_samples = change_samples(|interval| change(interval, 2 * interval));
-        Self { change_samples, is_table, has_times }
+        let interval = ((REST.0 * change_samples) as usize).max(1);
+        let limits: Vec<(usize, f64)> =
+            moving.iter().map(|axis| (*axis, REST.1 * within[*axis].sqrt())).collect();
+        let shares = runs.iter().map(|run| resting(run.loads, moves.len(), interval, &limits));
+        let rests = shares.sum::<f64>() > RESTING * runs.len() as f64;
+        Self { change_samples, is_table, has_times, rests }
     }
 
     pub fn separates_noise(self) -> bool {
@@ -119,6 +131,18 @@ fn squared_changes(loads: &[f64], n_axes: usize, interval: usize) -> Vec<f64> {
         }
     }
     sums.iter().map(|sum| sum / n.div_ceil(step) as f64).collect()
+}
+
+/// Returns the share of the samples from which on the load changes by less than these limits of some axes.
+fn resting(loads: &[f64], n_axes: usize, interval: usize, limits: &[(usize, f64)]) -> f64 {
+    let n = (loads.len() / n_axes).saturating_sub(interval);
+    let step = n.div_ceil(MOST_PAIRS).max(1);
+    let rests = |k: &usize| {
+        let change = |axis: usize| loads[(k + interval) * n_axes + axis] - loads[k * n_axes + axis];
+        limits.iter().all(|(axis, limit)| change(*axis).abs() < *limit)
+    };
+    let all = (0..n).step_by(step);
+    all.clone().filter(rests).count() as f64 / all.count().max(1) as f64
 }
 
 /// Returns the median, the mean of the two middle values if their number is even.

@@ -54,6 +54,8 @@ const EXCHANGED: std::ops::RangeInclusive<f64> = 0.7..=1.3;
 pub enum Cause {
     /// The zeros of the gauges differ from those of the other runs.
     Tare,
+    /// The zero of the reference differs from that in the other runs.
+    ReferenceZero,
     /// The zeros of the gauges change in proportion to time.
     Drift,
     /// The sensitivity of the gauge with this index is different.
@@ -65,6 +67,8 @@ pub enum Cause {
     Axes(Vec<usize>),
     /// The coordinate frame of the reference loads is turned.
     Rotation,
+    /// The point about which the moments of the reference are given is moved.
+    Moved,
     /// The data columns of two gauges are exchanged.
     SwappedGauges(usize, usize),
     /// The data columns of two load axes are exchanged.
@@ -74,6 +78,11 @@ pub enum Cause {
 impl Cause {
     fn is_exchange(&self) -> bool {
         matches!(self, Self::SwappedGauges(..) | Self::SwappedAxes(..))
+    }
+
+    /// True for a turn or a move, which has a parameter for each direction.
+    fn is_of_frame(&self) -> bool {
+        matches!(self, Self::Rotation | Self::Moved)
     }
 }
 
@@ -95,8 +104,8 @@ pub struct Contradiction {
     pub cause: Cause,
     /// Runs that have the fault.
     pub place: Where,
-    /// Size of the fault: factor of the sensitivity or of the reference's scale, angle of the turned frame (rad), RMS change of
-    /// the load by changed zeros as a share of full scale; 1 for an exchange.
+    /// Size of the fault: factor of the sensitivity or of the reference's scale, angle of the turned frame (rad), distance of the
+    /// moved point (m), RMS change of the load by changed zeros as a share of full scale; 1 for an exchange.
     pub value: f64,
     /// Held-out error of the uncorrected data, as a share of full scale.
     pub with: f64,
@@ -119,6 +128,7 @@ struct Trial {
 /// Possible fault with the held-out error after its correction.
 struct Refit<'a> {
     trial: &'a Trial,
+    cause: Cause,
     n_parameters: usize,
     value: f64,
     error: f64,
@@ -198,7 +208,7 @@ impl Rig {
         };
         let possible = explaining.into_iter().filter(|own| changed.contains(&own.trial.place));
         let best = possible.min_by(|a, b| score(a).total_cmp(&score(b)))?;
-        let (cause, place) = (best.trial.cause.clone(), best.trial.place);
+        let (cause, place) = (best.cause.clone(), best.trial.place);
         Some(Contradiction { cause, place, value: best.value, with, without: best.error })
     }
 
@@ -296,7 +306,8 @@ impl Rig {
         // A factor of all axes is one of all gauges.
         let groups = single.chain(kinds).filter(|own| own.len() < n_axes);
         all.extend(groups.map(Cause::Axes));
-        all.extend((!turns(axes).is_empty()).then_some(Cause::Rotation));
+        let frames = [Cause::Rotation, Cause::Moved].into_iter();
+        all.extend(frames.filter(|cause| !of_frame(&self.shape, cause).is_empty()));
         all
     }
 
@@ -331,10 +342,8 @@ impl Rig {
             Cause::SwappedAxes(a, b) => {
                 exchange([*a, *b], shape.load(0), |at| (0.0, shape.full_scale[at]))
             }
-            Cause::Rotation => {
-                return turns(&shape.axes).into_iter().map(|about| turned(shape, about)).collect();
-            }
-            Cause::Tare | Cause::Drift => Vec::new(),
+            Cause::Rotation | Cause::Moved => return of_frame(shape, cause),
+            Cause::Tare | Cause::ReferenceZero | Cause::Drift => Vec::new(),
         };
         vec![direction]
     }
@@ -416,7 +425,12 @@ impl Rig {
         let weights = self.units.iter().map(|unit| unit.sums[(0, 0)]).collect();
         let chances = self.chances(zeros, weights, x);
         let error = error(&corrected, shape);
-        Refit { trial, n_parameters: n_axes, value: square.sqrt(), error, chances }
+        let zeros = vec![drift.iter().copied().collect()];
+        let cause = match &trial.cause {
+            Cause::Tare if fits::look_like_loads(&zeros, &fit, shape) => Cause::ReferenceZero,
+            cause => cause.clone(),
+        };
+        Refit { trial, cause, n_parameters: n_axes, value: square.sqrt(), error, chances }
     }
 
     fn refit_gains<'a>(&self, trial: &'a Trial) -> Option<Refit<'a>> {
@@ -430,7 +444,7 @@ impl Rig {
             let left = fit.means(&fits::changed(&here, &change));
             left.iter().enumerate().for_each(|(at, zero)| change[(shape.gauge(at), 0)] -= zero);
         }
-        let is_gain = *cause != Cause::Rotation && !cause.is_exchange();
+        let is_gain = !cause.is_of_frame() && !cause.is_exchange();
         let factor = if is_gain { 1.0 + sizes[0] } else { 1.0 };
         let most = if matches!(cause, Cause::Gauge(_)) { MOST_OF_GAUGE } else { 1e4 };
         // Gains and axes cannot be compared between runs that load different axes. Only another unit makes the loads of an axis
@@ -475,13 +489,14 @@ impl Rig {
         let n_zeros = if frees_zeros { shape.axes.len() } else { 0 };
         let n_sizes = if cause.is_exchange() { 0 } else { sizes.len() };
         let x = self.units.iter().map(|unit| f64::from(u8::from(is_here(unit.run)))).collect();
-        let value = if *cause == Cause::Rotation {
+        let value = if cause.is_of_frame() {
             sizes.iter().map(|angle| angle * angle).sum::<f64>().sqrt()
         } else {
             factor.powi(if self.is_before(*place) { -1 } else { 1 })
         };
         let (error, chances) = (error(&units, shape), self.chances(values, weights, x));
-        Some(Refit { trial, n_parameters: n_zeros + n_sizes, value, error, chances })
+        let (cause, n_parameters) = (cause.clone(), n_zeros + n_sizes);
+        Some(Refit { trial, cause, n_parameters, value, error, chances })
     }
 
     /// Returns the held-out error over all axes, as a share of full scale.
@@ -496,7 +511,7 @@ impl Rig {
         recordings: &[&Recording],
         is_used: impl Fn(usize, usize) -> bool,
     ) -> f64 {
-        error(&units(recordings, self, is_used, &mut |_, _| {}), &self.shape)
+        error(&units(recordings, self, is_used), &self.shape)
     }
 
     /// Returns the probability that the values of units follow a straight line in `x` by chance: once from the scatter of
@@ -524,7 +539,7 @@ impl Rig {
 }
 
 /// Returns the held-out error over all axes, as a share of full scale.
-pub fn error(units: &[Unit], shape: &Shape) -> f64 {
+fn error(units: &[Unit], shape: &Shape) -> f64 {
     fits::mean_error(&fits::left_out(units, shape), units, |_| true)
 }
 
@@ -544,31 +559,27 @@ fn exchange([a, b]: [usize; 2], first: usize, scaled: impl Fn(usize) -> (f64, f6
     changes.collect()
 }
 
-/// Returns the directions (0 for x, 1 for y, 2 for z) about which a turn of the frame mixes measured axes.
-fn turns(axes: &[Axis]) -> Vec<usize> {
-    let has = |at: usize| axes.contains(&Axis::ALL[at]);
-    let mixes = |about: &usize| {
-        let [a, b] = [(about + 1) % 3, (about + 2) % 3];
-        (has(a) && has(b)) || (has(a + 3) && has(b + 3))
+/// Returns the changes of loads, as shares of full scale, by small turns of the frame about x, y and z, `about × load`, or by
+/// moves of the reference point, `move × force`. Those that change no measured axis are left out.
+fn of_frame(shape: &Shape, cause: &Cause) -> Vec<Direction> {
+    let is_changed = |to: Axis, by: Axis| match cause {
+        Cause::Rotation => to.is_force() == by.is_force(),
+        _ => !to.is_force() && by.is_force(),
     };
-    (0..3).filter(mixes).collect()
-}
-
-/// Returns the change of loads, as shares of full scale, by a small turn about a direction: `about × load`.
-fn turned(shape: &Shape, about: usize) -> Direction {
-    let mut direction = Vec::new();
-    for (i, to) in shape.axes.iter().enumerate() {
-        for (j, from) in shape.axes.iter().enumerate() {
-            let [to_from, from_to] = [*to, *from].map(|axis| (3 + axis as usize % 3 - about) % 3);
-            let sign = match (to_from, from_to) {
-                _ if to.is_force() != from.is_force() => continue,
-                (2, 1) => 1.0,
-                (1, 2) => -1.0,
-                _ => continue,
-            };
-            let ratio = shape.full_scale[j] / shape.full_scale[i];
-            direction.push((shape.load(i), shape.load(j), sign * ratio));
+    let along = |direction: usize| {
+        let mut changes = Vec::new();
+        for (i, to) in shape.axes.iter().enumerate() {
+            for (j, by) in shape.axes.iter().enumerate().filter(|(_, by)| is_changed(*to, **by)) {
+                let sign = match [*to, *by].map(|axis| (3 + axis as usize % 3 - direction) % 3) {
+                    [2, 1] => 1.0,
+                    [1, 2] => -1.0,
+                    _ => continue,
+                };
+                let ratio = shape.full_scale[j] / shape.full_scale[i];
+                changes.push((shape.load(i), shape.load(j), sign * ratio));
+            }
         }
-    }
-    direction
+        changes
+    };
+    (0..3).map(along).filter(|own| !own.is_empty()).collect()
 }

@@ -51,7 +51,7 @@ pub fn of_slope(values: &[Vec<f64>], weights: &[f64], x: &[f64]) -> f64 {
 }
 
 /// Returns the probability that an F-distributed value with these degrees of freedom is larger than `f`.
-fn beyond_f(f: f64, d1: f64, d2: f64) -> f64 {
+pub fn beyond_f(f: f64, d1: f64, d2: f64) -> f64 {
     checked_beta_reg(0.5 * d2, 0.5 * d1, d2 / (d2 + d1 * f)).unwrap_or(1.0)
 }
 

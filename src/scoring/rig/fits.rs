@@ -165,6 +165,26 @@ impl Fit {
     }
 }
 
+/// Maximum share of the squared changes of zeros that lies outside what loads can cause, if the zero of the reference changed
+/// instead. It is a share of what it would be if the zeros of the gauges changed at random.
+const OUTSIDE: f64 = 0.003;
+
+/// Returns true if changes of the gauges' zeros look like loads, as if the zero of the reference had changed. With no more gauges
+/// than axes, all changes look like loads, and it returns false.
+pub fn look_like_loads(zeros: &[Vec<f64>], forward: &Fit, shape: &Shape) -> bool {
+    let (n_gauges, n_axes) = (shape.n_gauges, shape.axes.len());
+    let inverse = forward.inverse(shape);
+    let (mut outside, mut all) = (0.0, 0.0);
+    for zeros in zeros {
+        let zeros = Mat::from_fn(n_gauges, 1, |gauge, _| zeros[gauge]);
+        let loads = forward.map.subcols(1, n_axes) * (&inverse * &zeros);
+        outside += (&zeros - loads).squared_norm_l2();
+        all += zeros.squared_norm_l2();
+    }
+    let by_chance = n_gauges.saturating_sub(n_axes) as f64 / n_gauges as f64;
+    outside < OUTSIDE * by_chance * all
+}
+
 /// Returns for each unit the sum of squared held-out errors, as shares of full scale, averaged over the axes. Runs are held
 /// out as a whole, or unit by unit if there are few runs, or if a run alone loads an axis.
 pub fn left_out(units: &[Unit], shape: &Shape) -> Vec<f64> {

@@ -1,8 +1,8 @@
-//! Finds blocks of consecutive rows of a table of load cases between which the zeros of the gauges differ, because the sensor
-//! was mounted anew.
+//! Finds zeros of the gauges that change over the rows of a table of load cases: steadily, or between blocks of consecutive
+//! rows, because the sensor was mounted anew.
 //!
-//! Loads, their squares, and the direction of each load explain the gauges first. Then steps of the zeros
-//! are added one after the other.
+//! Loads, their squares, and the direction of each load explain the gauges first. Then steps of the zeros are added one after
+//! the other, or a drift in the order of the rows is, whichever leaves less.
 
 use faer::Mat;
 use serde_json::json;
@@ -31,6 +31,10 @@ const INDEPENDENT: f64 = 0.3;
 /// Minimum F statistic of each step as a mean over the gauges, and maximum ratio of the residuals with and without all steps.
 const CERTAIN: f64 = 15.0;
 const LEFT: f64 = 0.33;
+/// Maximum ratio of the residuals with and without a drift.
+const LEFT_BY_DRIFT: f64 = 0.5;
+/// Maximum ratio of the residuals with a drift and with steps, for which the change counts as a drift.
+const NO_CLEARER: f64 = 1.2;
 /// Smallest standard deviation of a gauge's residual, as a share of the gauge's deviation.
 const EXACT: f64 = 1e-5;
 /// Smallest difference of a zero that is reported (full scale), and that in a table whose rows do not show the hysteresis that
@@ -46,7 +50,7 @@ impl Rig {
     }
 
     /// Returns the rows of a table in the order of its file. Rows in succession with one load are one row.
-    fn rows(&self, cases: &[&Recording]) -> Vec<Row> {
+    pub fn rows(&self, cases: &[&Recording]) -> Vec<Row> {
         let places = cases.iter().enumerate();
         let places = places.flat_map(|(case, own)| (0..own.n_samples()).map(move |k| (case, k)));
         let mut places: Vec<(usize, usize)> = places.collect();
@@ -71,7 +75,16 @@ impl Rig {
             return None;
         }
         let (rows, shape) = (self.rows(cases), &self.shape);
-        let (starts, smallest) = starts(&rows, shape)?;
+        let (known, smallest) = explained(&rows, shape);
+        let (starts, left) = starts(&known);
+        let before = residual(&known);
+        let drift = drifted(&known, &rows).filter(|drifted| *drifted < NO_CLEARER * left);
+        if drift.is_some_and(|left| left < LEFT_BY_DRIFT * before) {
+            return self.drift_of(&rows, smallest);
+        }
+        if starts.len() < 2 || left >= LEFT * before {
+            return None;
+        }
         let ends = starts.iter().skip(1).copied().chain([rows.len()]);
         let blocks: Vec<&[Row]> =
             starts.iter().zip(ends).map(|(from, to)| &rows[*from..to]).collect();
@@ -80,35 +93,21 @@ impl Rig {
         let zeros = blocks.iter().map(|block| -> Vec<f64> {
             let means = means(block);
             let (gauges, loads) = means.split_at(shape.n_gauges);
-            let shown = |(axis, load): (usize, &f64)| {
-                gauges.iter().enumerate().map(|(at, own)| inverse[(axis, at)] * own).sum::<f64>()
-                    - load
-            };
-            loads.iter().enumerate().map(shown).collect()
+            shown(&inverse, gauges).zip(loads).map(|(shown, load)| shown - load).collect()
         });
         let zeros: Vec<Vec<f64>> = zeros.collect();
-        let spread = |axis: usize| zeros.iter().map(|own| own[axis]).collect::<MinMax>().span();
-        let most = (0..shape.axes.len()).max_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
-        if spread(most) < smallest {
-            return None;
-        }
+        let spreads = (0..shape.axes.len())
+            .map(|axis| zeros.iter().map(|own| own[axis]).collect::<MinMax>().span());
+        let largest = self.largest(spreads, smallest)?;
         let ranges: Vec<[usize; 2]> = blocks
             .iter()
             .map(|block| [block[0].first + 1, block[block.len() - 1].last + 1])
             .collect();
         let words: Vec<String> = ranges.iter().map(|[from, to]| format!("{from}–{to}")).collect();
-        let axis = shape.axes[most];
         let seen = format!(
             "the table has {}: the zeros of the gauges differ between the rows {}",
             counted(blocks.len(), "mounting"),
             words.join(", ")
-        );
-        let figures = format!(
-            "by up to {} {} of {}, {} of full scale",
-            significant(spread(most) * shape.full_scale[most], 3),
-            axis.unit(),
-            axis.symbol(),
-            percent(spread(most)),
         );
         let axes: Vec<&str> = shape.axes.iter().map(|axis| axis.symbol()).collect();
         let facts = ranges.iter().zip(&zeros).map(|(rows, own)| {
@@ -116,19 +115,49 @@ impl Rig {
             let changes: Vec<f64> = (0..shape.axes.len()).map(change).collect();
             json!({ "rows": rows, "axes": axes, "zero_compared_with_first": changes })
         });
-        let found = Finding::new(Id::Mountings, Verdict::Doubtful, seen).with(figures);
-        Some(found.costing(spread(most)).facts(facts.collect()))
+        let found = Finding::new(Id::Mountings, Verdict::Doubtful, seen).with(largest.1);
+        Some(found.costing(largest.0).facts(facts.collect()))
+    }
+
+    fn drift_of(&self, rows: &[Row], smallest: f64) -> Option<Finding> {
+        let shape = &self.shape;
+        let fit = Fit::with_drift(&sums(&[rows], shape), shape);
+        let n_rows = rows[rows.len() - 1].time - rows[0].time;
+        let drift = fit.map.col(1 + shape.axes.len());
+        let drift: Vec<f64> = drift.iter().map(|own| own * n_rows).collect();
+        let shown = shown(&fit.inverse(shape), &drift).map(f64::abs).collect::<Vec<f64>>();
+        let (most, figures) = self.largest(shown.into_iter(), smallest)?;
+        let seen = "the zeros of the gauges drift over the rows of the table";
+        let found = Finding::new(Id::ZerosDrift, Verdict::Doubtful, seen);
+        Some(found.with(figures).costing(most))
+    }
+
+    /// Returns the largest of these changes, one for each axis, also in words, if it is large enough to be reported.
+    fn largest(&self, changes: impl Iterator<Item = f64>, smallest: f64) -> Option<(f64, String)> {
+        let (axis, most) = changes.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let load = self.shape.axes[axis];
+        let change = significant(most * self.shape.full_scale[axis], 3);
+        let (unit, symbol, share) = (load.unit(), load.symbol(), percent(most));
+        let words = format!("by up to {change} {unit} of {symbol}, {share} of full scale");
+        (most >= smallest).then_some((most, words))
     }
 }
 
-/// Returns the sums of products over blocks of rows, each after subtraction of the block's means.
+/// Returns the loads that gauges look like.
+fn shown(inverse: &Mat<f64>, gauges: &[f64]) -> impl Iterator<Item = f64> {
+    inverse.row_iter().map(|row| gauges.iter().zip(row.iter()).map(|(own, by)| own * by).sum())
+}
+
+/// Returns the sums of products over blocks of rows, each after subtraction of the block's means. The number of the row is the
+/// time.
 fn sums(blocks: &[&[Row]], shape: &Shape) -> Mat<f64> {
     let mut sums = Mat::<f64>::zeros(shape.width(), shape.width());
     for block in blocks {
         let means = means(block);
+        let middle = block.iter().map(|row| row.time).sum::<f64>() / block.len() as f64;
         for row in *block {
             let values = row.values.iter().zip(&means).map(|(value, mean)| value - mean);
-            let values: Vec<f64> = [1.0, 0.0].into_iter().chain(values).collect();
+            let values: Vec<f64> = [1.0, row.time - middle].into_iter().chain(values).collect();
             sums += Mat::from_fn(values.len(), values.len(), |i, j| values[i] * values[j]);
         }
     }
@@ -140,12 +169,12 @@ fn means(block: &[Row]) -> Vec<f64> {
     (0..block[0].values.len()).map(mean).collect()
 }
 
-/// Returns the first row of each mounting, if there are several, and the smallest difference of zeros to report.
-fn starts(rows: &[Row], shape: &Shape) -> Option<(Vec<usize>, f64)> {
-    let n = rows.len();
+/// Returns what the loads do not explain in the gauges, and the smallest change of a zero to report.
+fn explained(rows: &[Row], shape: &Shape) -> (Steps, f64) {
     let (n_axes, n_gauges) = (shape.axes.len(), shape.n_gauges);
     let column = |at: usize| -> Vec<f64> { rows.iter().map(|row| row.values[at]).collect() };
-    let mut known = Steps::new(vec![0; n], &(0..n_gauges).map(column).collect::<Vec<_>>());
+    let gauges: Vec<Vec<f64>> = (0..n_gauges).map(column).collect();
+    let mut known = Steps::new(vec![0; rows.len()], &gauges);
     let loads: Vec<Vec<f64>> = (n_gauges..n_gauges + n_axes).map(column).collect();
     let powers = if n_axes == 1 { 3 } else { 2 };
     for load in &loads {
@@ -163,20 +192,43 @@ fn starts(rows: &[Row], shape: &Shape) -> Option<(Vec<usize>, f64)> {
             smallest = UNPAIRED;
         }
     }
-    let per_freedom =
-        |known: &Steps| known.squares().iter().sum::<f64>() / known.freedom().max(1) as f64;
-    let before = per_freedom(&known);
-    let floor = n as f64 * EXACT * EXACT;
+    (known, smallest)
+}
+
+/// Returns the root mean square that is left of the gauges, per degree of freedom.
+fn residual(known: &Steps) -> f64 {
+    (known.squares().iter().sum::<f64>() / known.freedom().max(1) as f64).sqrt()
+}
+
+/// Returns a function of the reductions of the gauges' squares by a further column: its F statistic as a mean over the gauges.
+fn certainty(known: &Steps) -> impl Fn(&[f64]) -> f64 + use<> {
+    let (left, floor) = (known.squares(), known.n_rows() as f64 * EXACT * EXACT);
+    let freedom = (known.freedom().max(1) - 1) as f64;
+    move |gains| {
+        let of_gauge = |(gain, left): (&f64, &f64)| gain / (left - gain).max(floor);
+        gains.iter().zip(&left).map(of_gauge).sum::<f64>() * freedom / left.len() as f64
+    }
+}
+
+/// Returns what a drift of the zeros in the order of the rows leaves of the gauges, if it is certain.
+fn drifted(known: &Steps, rows: &[Row]) -> Option<f64> {
+    let times: Vec<f64> = rows.iter().map(|row| row.time).collect();
+    let gains = known.gains(&times, INDEPENDENT)?;
+    let mut with = known.clone();
+    with.explain(&times);
+    (certainty(known)(&gains) > CERTAIN && with.freedom() > 2).then(|| residual(&with))
+}
+
+/// Returns the first row of each mounting, and what is left of the gauges.
+fn starts(known: &Steps) -> (Vec<usize>, f64) {
+    let (n, mut known) = (known.n_rows(), known.clone());
     let mut starts = vec![0];
     while starts.len() <= MOST_STEPS && known.freedom() > 2 {
-        let (left, freedom) = (known.squares(), (known.freedom() - 1) as f64);
-        let mut best = (CERTAIN, 0);
+        let (mut best, certainty) = ((CERTAIN, 0), certainty(&known));
         known.steps(INDEPENDENT, |row, gains| {
             let is_free = |start: &usize| row.abs_diff(*start) >= FEWEST_ROWS;
             if n - row >= FEWEST_ROWS && starts.iter().all(is_free) {
-                let certainty = |(gain, left): (&f64, &f64)| gain / (left - gain).max(floor);
-                let sum: f64 = gains.iter().zip(&left).map(certainty).sum();
-                let certainty = sum * freedom / n_gauges as f64;
+                let certainty = certainty(gains);
                 if certainty > best.0 {
                     best = (certainty, row);
                 }
@@ -188,8 +240,7 @@ fn starts(rows: &[Row], shape: &Shape) -> Option<(Vec<usize>, f64)> {
         starts.push(best.1);
     }
     starts.sort_unstable();
-    let ratio = (per_freedom(&known) / before).sqrt();
-    (starts.len() > 1 && ratio < LEFT).then_some((starts, smallest))
+    (starts, residual(&known))
 }
 
 /// Returns 1 for rows that a load reaches from below, −1 for rows that it reaches from above.

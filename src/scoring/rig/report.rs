@@ -52,6 +52,21 @@ pub struct RigReport {
     /// Findings about faults of the test rig, and about columns that are not gauges.
     #[serde(skip)]
     pub findings: Vec<Finding>,
+    /// Fault that would explain why recordings disagree.
+    #[serde(skip)]
+    pub suspicion: Option<Suspicion>,
+    /// True if the zeros of the recordings differ as if those of the reference did.
+    #[serde(skip)]
+    pub are_zeros_of_reference: bool,
+}
+
+/// Fault of recordings that is not found if another cause explains more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suspicion {
+    /// Finding that names the fault.
+    pub finding: Finding,
+    /// Share of the mean squared held-out error that is left after correction of the fault.
+    pub left: f64,
 }
 
 impl RigReport {
@@ -81,53 +96,44 @@ impl RigReport {
         let mut findings = Vec::from_iter(rig.no_gauges(&gauges, &names));
         // If recordings contain the same samples, held-out samples would be predicted from their own copies, so faults are
         // not searched.
-        let is_searched = same_samples(training).is_none() && !are_sorted_by_load(training);
+        let has_copies = same_samples(training).is_some();
+        let is_searched = !has_copies && !are_sorted_by_load(training);
+        let is_table = training[0].is_load_case();
+        let one_disagrees = || rig.one_disagrees(training, &names);
+        if findings.is_empty() && !has_copies && is_table {
+            findings.extend(one_disagrees().map(|own| own.0));
+        }
         if findings.is_empty() && is_searched {
             findings = rig.mountings(training);
         }
         let changes = rig.changes_within(training, progress)?;
-        if findings.is_empty() && is_searched {
+        let suspicion = if findings.is_empty() && is_searched {
             let found = rig.contradiction();
-            // Gauges that are curved need no fault to disagree between recordings with other loads.
-            let found = found.filter(|own| rig.error_when_straight(training) > own.without);
-            // The drift within recordings says more than the drift from one recording to the next.
-            let found = found.filter(|own| own.cause != Cause::Drift || changes.is_empty());
-            findings.extend(found.map(|own| own.finding(&rig, &names, &gauges)));
-        }
+            // A zero that changes within recordings says more than other zeros or gains from one recording to the next.
+            let is_of_gauges = |cause: &Cause| {
+                matches!(cause, Cause::Tare | Cause::Drift | Cause::Gauge(_) | Cause::AllGauges)
+            };
+            let found = found.filter(|own| changes.is_empty() || !is_of_gauges(&own.cause));
+            found.map(|own| own.suspicion(&rig, &names, &gauges))
+        } else {
+            None
+        };
         findings.extend(changes);
         findings.extend(rig.clipped_reference(training));
         progress.check()?;
-        let runs = rig.table();
-        if findings.is_empty() && is_searched {
-            findings.extend(one_disagrees(&runs, &names));
+        if findings.is_empty() && suspicion.is_none() && is_searched && !is_table {
+            let found = one_disagrees();
+            let own: Vec<&Recording> =
+                found.iter().flat_map(|own| &own.1).map(|at| training[*at]).collect();
+            let late = lag(&own, progress)?;
+            findings.extend(found.map(|(found, _)| match late {
+                Some(late) => found.with(late.seen),
+                None => found,
+            }));
         }
-        Ok(Some(Self { runs, names, gauges, findings }))
+        let (runs, are_zeros_of_reference) = (rig.table(), rig.are_zeros_of_reference());
+        Ok(Some(Self { runs, names, gauges, findings, suspicion, are_zeros_of_reference }))
     }
-}
-
-/// Minimum number of recordings from which one may disagree with the others.
-const FEWEST_TO_DISAGREE: usize = 4;
-/// Ratio of the held-out error of a recording to that of any other, from which it disagrees with them.
-const DISAGREES: f64 = 3.0;
-/// Smallest error of a recording that disagrees, as a share of full scale.
-const LEAST_DISAGREEMENT: f64 = 0.005;
-
-/// Returns the finding that the others predict one recording far worse than each other, without a known cause.
-fn one_disagrees(runs: &[Run], names: &[String]) -> Option<Finding> {
-    let mut order: Vec<usize> = (0..runs.len()).collect();
-    order.sort_by(|a, b| runs[*b].error.total_cmp(&runs[*a].error));
-    let [worst, next, ..] = order[..] else { return None };
-    let [error, others] = [worst, next].map(|at| runs[at].error);
-    let disagrees = runs.len() >= FEWEST_TO_DISAGREE
-        && error > DISAGREES * others
-        && error > LEAST_DISAGREEMENT;
-    let [shown, at_most] = [error, others].map(|own| significant(100.0 * own, 2));
-    let seen = format!(
-        "{} disagrees with the other recordings: its held-out error is {shown} % of full scale, theirs at most {at_most} %",
-        names[worst]
-    );
-    disagrees
-        .then(|| Finding::new(Id::OneDisagrees, Verdict::Doubtful, seen).costing(error - others))
 }
 
 /// Returns true if these are the load cases of one table, in the order of their loads on all axes. A curve of the gauges then
@@ -142,7 +148,7 @@ fn are_sorted_by_load(training: &[&Recording]) -> bool {
 }
 
 impl Contradiction {
-    fn finding(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Finding {
+    fn suspicion(&self, rig: &Rig, names: &[String], gauges: &[String]) -> Suspicion {
         let value = self.value;
         let is_only_gauge = matches!(self.cause, Cause::Gauge(_)) && gauges.len() == 1;
         let is_load = is_only_gauge || matches!(self.cause, Cause::AllGauges | Cause::Axes(_));
@@ -163,7 +169,14 @@ impl Contradiction {
             (Id::ColumnsSwapped, format!("the columns of {a} and {b} are exchanged"))
         };
         let (id, what) = match &self.cause {
-            Cause::Tare => (Id::TareChanged, "the zeros of the gauges are different".to_owned()),
+            Cause::Tare => {
+                let can_tell = gauges.len() > rig.axes().len();
+                let or = if can_tell { "" } else { " or of the reference" };
+                (Id::TareChanged, format!("the zeros of the gauges{or} are different"))
+            }
+            Cause::ReferenceZero => {
+                (Id::ReferenceZero, "the zero of the reference is different".to_owned())
+            }
             Cause::Drift => (Id::ZerosDrift, "the zeros of the gauges drift with time".to_owned()),
             Cause::Gauge(gauge) => {
                 (Id::GaugeChanged, format!("the sensitivity of {} {times}", gauges[*gauge]))
@@ -177,6 +190,13 @@ impl Contradiction {
             Cause::Rotation => {
                 let degrees = significant(value.to_degrees(), 2);
                 (Id::FrameTurned, format!("the frame of the reference is turned by {degrees}°"))
+            }
+            Cause::Moved => {
+                let distance = significant(value, 2);
+                (
+                    Id::FrameTurned,
+                    format!("the reference point of the moments is moved by {distance} m"),
+                )
             }
             Cause::SwappedGauges(a, b) => swapped(&gauges[*a], &gauges[*b]),
             Cause::SwappedAxes(a, b) => swapped(&symbols(&[*a]), &symbols(&[*b])),
@@ -197,7 +217,8 @@ impl Contradiction {
             "{unit}the held-out error is {with} % of full scale, and {without} % after correction of this fault"
         );
         let found = Finding::new(id, Verdict::Doubtful, format!("{place}{what}"));
-        found.with(figures).costing(self.with - self.without)
+        let finding = found.with(figures).costing(self.with - self.without);
+        Suspicion { finding, left: (self.without / self.with).powi(2) }
     }
 }
 

@@ -34,6 +34,7 @@ impl Row {
 }
 
 /// Values of rows in order, after subtraction of the mean of each group of rows and of all that known columns explain.
+#[derive(Clone)]
 pub struct Steps {
     groups: Vec<usize>,
     sizes: Vec<f64>,
@@ -92,14 +93,27 @@ impl Steps {
         self.groups.len().saturating_sub(n_groups + self.known.len())
     }
 
+    pub fn n_rows(&self) -> usize {
+        self.groups.len()
+    }
+
     /// Returns the sum of squares that is left of each column of values.
     pub fn squares(&self) -> Vec<f64> {
         self.left.iter().map(|left| dot(left, left)).collect()
     }
 
+    /// Returns by how much a column reduces the squares of each column of values, if at least this share of its length is
+    /// independent.
+    pub fn gains(&self, column: &[f64], least: f64) -> Option<Vec<f64>> {
+        let part = self.independent(column)?;
+        let centred = self.centred(column);
+        let is_free = dot(&part, column) > least * dot(&centred, &centred).sqrt();
+        is_free.then(|| self.left.iter().map(|left| dot(&part, left).powi(2)).collect())
+    }
+
     /// Returns by how much a column reduces the squares of the first column of values.
     pub fn gain(&self, column: &[f64]) -> f64 {
-        self.independent(column).map_or(0.0, |part| dot(&part, &self.left[0]).powi(2))
+        self.gains(column, 0.0).map_or(0.0, |gains| gains[0])
     }
 
     /// Returns the size of a column in the first of these values, if it is independent.
