@@ -243,7 +243,6 @@ impl From<Landmarks> for Vec<Vec<f64>> {
 }
 
 impl Landmarks {
-    #[expect(clippy::len_without_is_empty, reason = "a kernel always has landmarks")]
     pub fn len(&self) -> usize {
         self.n
     }

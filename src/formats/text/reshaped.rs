@@ -89,13 +89,17 @@ impl<'a> Long<'a> {
         }
         let name = |cell: &&[u8]| ColumnName::parse(&String::from_utf8_lossy(cell));
         let names: Vec<ColumnName> = header.iter().map(name).collect();
-        let has_time = names.iter().any(is_clock);
+        let clock = names.iter().position(is_clock);
         (0..names.len()).find_map(|at| {
             let cells = || rows.iter().filter_map(move |row| row.get(at).copied());
             let are_words = cells().all(|cell| number(cell).is_none());
-            let is_named = is_identifier(&names[at].name);
-            let may_be = is_named || has_time && are_words && names[at].name != "group";
-            if names.len() < 2 || is_clock(&names[at]) || !may_be {
+            let ColumnName { name, unit, kind, .. } = &names[at];
+            let is_named = match are_words {
+                true => is_identifier(name),
+                false => is_one_of(&name.to_lowercase(), NUMBERED),
+            };
+            let may_be = is_named || clock.is_some() && are_words && name != "group";
+            if names.len() < 2 || clock == Some(at) || kind.is_some() || unit.is_some() || !may_be {
                 return None;
             }
             let mut identifiers = Vec::new();
@@ -119,7 +123,16 @@ impl<'a> Long<'a> {
             let n_whole = samples.iter().filter(|own| own.len() == identifiers.len()).count();
             // Numbers may be a signal that takes few values.
             let percent = if are_words && is_named { 50 } else { 90 };
-            let is_long = n_whole >= FEWEST_SAMPLES && 100 * n_whole >= percent * samples.len();
+            // The rows of a sample have one time, if the name does not tell what the column is.
+            let has_one_time = |sample: &&Range<usize>| {
+                let mut times = rows[(*sample).clone()].iter().map(|row| row.get(clock?));
+                let first = times.next();
+                sample.len() > 1 && times.all(|time| Some(time) == first)
+            };
+            let n_together = samples.iter().filter(has_one_time).count();
+            let is_long = n_whole >= FEWEST_SAMPLES
+                && 100 * n_whole >= percent * samples.len()
+                && (is_named || 2 * n_together >= n_whole);
             let names = names.clone();
             is_long.then_some(Self { names, rows, identifier: at, identifiers, samples })
         })
@@ -177,6 +190,8 @@ impl<'a> Long<'a> {
     }
 }
 
+/// Names of a column of numbers that tells the channel of each row.
+const NUMBERED: &str = "channel sensor device node id kanal";
 /// Names of a column of values that tell nothing about the values.
 const PLAIN: &str = "value values wert reading data measurement valeur val";
 
@@ -219,5 +234,9 @@ mod tests {
         assert_eq!(text(rows), "t,force_N channel 1 [N],force_N channel 2 [N] 1,5,6 2,7,8 3,9,1");
         assert_eq!(text("load,way,x 1,up,2 1,down,3 2,up,4 2,down,5 3,up,6 3,down,7"), "");
         assert_eq!(text("t,device,x 1,a,2 2,a,3 3,a,4 4,b,5 5,b,6 6,b,7"), "");
+        assert_eq!(text("t,S1,cell[N] 1,1,0 2,2,1 3,3,0 4,4,1 5,5,0 6,6,1"), "");
+        assert_eq!(text("t,way,x 1,up,2 2,down,3 3,up,4 4,down,5 5,up,6 6,down,7"), "");
+        let rows = "t,way,x 1,up,2 1,down,3 2,up,4 2,down,5 3,up,6 3,down,7";
+        assert_eq!(text(rows), "t,x up,x down 1,2,3 2,4,5 3,6,7");
     }
 }

@@ -3,7 +3,7 @@
 //! Each part is left out in turn. A part with a large error bends the fit and so the errors of all others. So the part is
 //! named without which the others agree best, not the part with the largest error.
 
-use faer::Mat;
+use faer::{Mat, prelude::Solve};
 
 use crate::{
     finding::{Finding, Id, Verdict},
@@ -11,7 +11,11 @@ use crate::{
     scoring::{
         faults::are_of_one_table,
         numbers::significant,
-        rig::{Rig, chance::beyond_f, fits::Fit},
+        rig::{
+            Rig,
+            chance::beyond_f,
+            fits::{Fit, Shape, with_one},
+        },
     },
 };
 
@@ -22,6 +26,8 @@ const MOST: usize = 2048;
 const DISAGREES: f64 = 3.0;
 /// Maximum probability that one of the parts differs so much by chance, if each sample is independent.
 const BY_CHANCE: f64 = 0.005;
+/// Maximum mean square of a part's gauges, in the mean squares of the others along their principal directions.
+const FARTHEST: f64 = 4.0;
 /// Smallest error of a part that disagrees, as a share of full scale.
 const LEAST: f64 = 0.005;
 
@@ -83,7 +89,11 @@ impl Rig {
         let chance = beyond_f(adds(&worst), n_axes, freedom.max(1.0)) * parts.len() as f64;
         let root = |squares: &mut dyn Iterator<Item = f64>| (squares.sum::<f64>() / n_axes).sqrt();
         let (error, rest) = (root(&mut means(own)), root(&mut others.iter().copied()));
-        if !is_clear || chance > BY_CHANCE || error < LEAST {
+        if !is_clear
+            || chance > BY_CHANCE
+            || error < LEAST
+            || !is_covered(own, &(&all - own), shape)
+        {
             return None;
         }
         let [shown, at_most] = [error, rest].map(|own| significant(100.0 * own, 2));
@@ -109,4 +119,15 @@ impl Rig {
         let own = if is_table { Vec::new() } else { self.runs[worst].clone() };
         Some((found.costing(error - rest), own))
     }
+}
+
+/// Returns true if the gauges of a part lie among those of the others. Elsewhere, the fit to the others extrapolates, such as
+/// where one recording alone loads an axis.
+fn is_covered(part: &Mat<f64>, others: &Mat<f64>, shape: &Shape) -> bool {
+    let columns = with_one(shape.gauge(0)..shape.load(0));
+    let n = columns.len();
+    let mean =
+        |sums: &Mat<f64>| Mat::from_fn(n, n, |i, j| sums[(columns[i], columns[j])] / sums[(0, 0)]);
+    let distances = mean(others).partial_piv_lu().solve(mean(part));
+    (0..n).map(|i| distances[(i, i)]).sum::<f64>() <= FARTHEST * n as f64
 }

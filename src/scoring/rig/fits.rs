@@ -63,7 +63,7 @@ impl Shape {
     }
 }
 
-fn with_one(columns: Range<usize>) -> Vec<usize> {
+pub fn with_one(columns: Range<usize>) -> Vec<usize> {
     [0].into_iter().chain(columns).collect()
 }
 
