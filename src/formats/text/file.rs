@@ -41,6 +41,8 @@ pub struct TextFile {
     path: PathBuf,
     blocks: Blocks,
     head: Vec<u8>,
+    /// Layout of the table, detected on first use.
+    layout: OnceCell<Option<TextLayout>>,
     /// Whole lines from many places of the file after its start, read on first use.
     places: OnceCell<Vec<Vec<u8>>>,
     /// How the table was brought into the shape of one row for each sample, if it had another one.
@@ -55,8 +57,8 @@ impl TextFile {
     ) -> Result<Self, FileError> {
         let mut blocks = Blocks::open(path, block_bytes, limit_bytes)?;
         let head = blocks.head(HEAD_BYTES)?;
-        let places = OnceCell::new();
-        let text = Self { path: path.to_owned(), blocks, head, places, reshaped: None };
+        let (layout, places) = (OnceCell::new(), OnceCell::new());
+        let text = Self { path: path.to_owned(), blocks, head, layout, places, reshaped: None };
         Ok(text.with_rows_of_samples()?.unwrap_or(text))
     }
 
@@ -77,8 +79,8 @@ impl TextFile {
     fn may_have_another_shape(&self) -> bool {
         // Of a turned table, the start of the file may hold the first row only.
         let is_channel = |row: &Vec<&[u8]>| is_channel(row, 1);
-        self.rows(&self.head).first().is_some_and(is_channel)
-            || reshaped(&self.head, |text| self.rows(text)).is_some()
+        let rows = self.rows(&self.head);
+        rows.first().is_some_and(is_channel) || reshaped(&self.head, |_| rows).is_some()
     }
 
     /// Returns the cells of the rows of a table in this text, and of its header.
@@ -94,12 +96,12 @@ impl TextFile {
         let n_bytes = bytes.len();
         let mut blocks = Blocks::of(Text::of_bytes(bytes)?, n_bytes);
         let head = blocks.head(n_bytes)?;
-        let places = OnceCell::from(Vec::new());
-        Ok(Self { path: PathBuf::new(), blocks, head, places, reshaped: None })
+        let (layout, places) = (OnceCell::new(), OnceCell::from(Vec::new()));
+        Ok(Self { path: PathBuf::new(), blocks, head, layout, places, reshaped: None })
     }
 
     pub fn layout(&self) -> Option<TextLayout> {
-        detect(&self.head)
+        self.layout.get_or_init(|| detect(&self.head)).clone()
     }
 
     pub fn head(&self, layout: &TextLayout) -> Option<Head> {

@@ -1,5 +1,5 @@
-//! Tables of another shape than one row for each sample, as such tables: with labels in the rows, turned ones, with one row for
-//! each channel, and long ones, with the channels of a sample in successive rows.
+//! Converts tables of other shapes into tables with one row for each sample: lines with a label in front of each number, turned
+//! tables (one row for each channel), and long tables (the channels of a sample stand in successive rows).
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ type Row<'a> = Vec<&'a [u8]>;
 /// the text is such a table already. `rows` divides the text into cells; its first row is the header.
 pub fn reshaped<'a>(
     text: &'a [u8],
-    rows: impl Fn(&'a [u8]) -> Vec<Row<'a>>,
+    rows: impl FnOnce(&'a [u8]) -> Vec<Row<'a>>,
 ) -> Option<(Vec<u8>, &'static str)> {
     if let Some(table) = labels::table(text) {
         return Some((table, "each number has a label, which names its column"));

@@ -171,8 +171,12 @@ fn of_longest_table(lines: &[Line], row: usize, delimiter: Delimiter) -> usize {
         let near = &lines[at.saturating_sub(3)..=at];
         !near.windows(2).all(follows) || near.iter().any(|own| is_lone_word(own.text, delimiter))
     };
+    let are_names = |text| {
+        let cells = || Cells::new(text, delimiter).filter(|cell| !cell.is_empty());
+        cells().all(|cell| !is_value(cell, delimiter)) && cells().nth(1).is_some()
+    };
     let is_start = |at: &usize| {
-        matches!(counts(above(*at), delimiter), (0, 2..))
+        are_names(above(*at))
             && above(*at) != above(row)
             && is_apart(*at)
             && is_first_row(&lines[*at..], delimiter)
@@ -222,7 +226,7 @@ fn header_above(lines: &[Line], row: usize, delimiter: Delimiter) -> Option<usiz
         };
         (fits || names_first()) && (n > 1 || n_row == 1 && row == 1)
     };
-    // A title stands in the first cell. The first column may lack a name.
+    // A lone word in the first cell is a title. In the second of two cells, it names the second column, and the first has no name.
     let is_alone = |at: &usize| {
         let text = lines[*at].text;
         let is_of_second = n_row == 2 && starts_blank(text, delimiter);
